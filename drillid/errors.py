@@ -24,14 +24,14 @@ def place_in_library(error: BaseException) -> traceback.FrameSummary:
 def is_of_machine(error: BaseException | None) -> bool:
     """Whether permissions, a disk, a share or a network failed, so that the same file may be read another time.
 
-    An error that was raised from another one is what that one is.
+    An error that was raised from another one, or while that was handled, is what that one is.
     """
     while error is not None:
         if isinstance(error, PermissionError | ConnectionError | TimeoutError):
             return True
         if isinstance(error, OSError) and error.errno in _OF_THE_MACHINE:
             return True
-        error = error.__cause__
+        error = error.__cause__ if error.__suppress_context__ else error.__context__
     return False
 
 

@@ -1,5 +1,6 @@
 """How the workflow is laid out: wells in batches, and what each stage of a batch depends on."""
 
+import contextlib
 import functools
 import itertools
 import os
@@ -152,9 +153,10 @@ class Plan:
         Raises
         ------
         SettingsError
-            If another run works on the results.
+            If another run works on the results, or as of `hold_mirror`; nothing is deleted then.
         """
-        with results_held(Path(self.settings.results)):
+        with results_held(Path(self.settings.results)), contextlib.ExitStack() as releases:
+            releases.callback(self.hold_mirror())
             for path in self.out_of_date():
                 if path.name == REPORT:
                     os.utime(path, (0, 0))

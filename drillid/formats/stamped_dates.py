@@ -1,4 +1,4 @@
-"""Columns of dates that hold times of day as well, beside a column of times of day or of elapsed times."""
+"""Columns of dates that hold times of day as well, or lie beside a column of elapsed times."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import numpy as np
 from drillid.arrays import Integers
 from drillid.errors import LogError
 from drillid.formats.column_times import of_numbers, of_text
+from drillid.formats.counted_times import unit_named
 from drillid.formats.since import FAR_FROM_START_S, counts_from_day
 from drillid.formats.stated_times import Naive, StatedTimes
 from drillid.formats.time_columns import is_number
-from drillid.formats.times_of_day import numbers_in, time_of_day
+from drillid.formats.times_of_day import are_no_digits, numbers_in, time_of_day
 from drillid.formats.written_times import DAY_NS
 
 _S = 1_000_000_000
@@ -41,10 +42,29 @@ def of_stamped_dates(of: StatedTimes, dates: Naive, clock: Any) -> Naive:
     if times is not None and not _are_elapsed(of, times, numbers_in(clock) is not None and not constant):
         return _on_days(of, dates, times, constant)
     if constant or of.described.start is not None:
-        return _from_start(of, dates, clock)
+        return from_start(of, dates, clock)
     what = f"column '{of.date}' holds times of day as well and is used alone; '{of.column}' counts from another time"
     note = (what, "State the time from which it counts as time.start in the rig description if that is wrong")
     return Naive(dates.since, dates.zoned, (*dates.notes, note))
+
+
+def count_from_date(of: StatedTimes, dates: Naive, clock: Any) -> bool:
+    """Whether numbers beside dates without times of day are elapsed times, so that nothing but a stated start says when
+    they begin.
+
+    Seconds that begin near zero are, unless their name says that they are those of the day; so are minutes or hours.
+    """
+    numbers = numbers_in(clock)
+    of_day = counts_from_day(of.column)
+    if numbers is None or of_day or (of.described.start is None and np.ptp(dates.since) > 0):
+        return False
+    unit = unit_named(of.places.header.units.get(of.column, ""))
+    if unit is None and np.all(numbers < 1):
+        # fractions of the day
+        return False
+    if of_day is False or unit not in (None, "s", "day"):
+        return True
+    return bool(numbers[0] < FAR_FROM_START_S) and (unit == "s" or are_no_digits(numbers))
 
 
 def _times_of_day(of: StatedTimes, clock: Any) -> Naive | None:
@@ -88,7 +108,7 @@ def _on_days(of: StatedTimes, dates: Naive, times: Naive, constant: bool) -> Nai
     return Naive(since, times.zoned, (*dates.notes, *times.notes, note))
 
 
-def _from_start(of: StatedTimes, dates: Naive, clock: Any) -> Naive:
+def from_start(of: StatedTimes, dates: Naive, clock: Any) -> Naive:
     """Elapsed times from the stated start, else from the one date of all rows."""
     stated = of.start() if of.described.start is not None else None
     start, zoned = stated or (int(dates.since[0]), dates.zoned)
@@ -98,6 +118,11 @@ def _from_start(of: StatedTimes, dates: Naive, clock: Any) -> Naive:
     else:
         counted = replace(of, described=replace(of.described, start=f"{written}Z" if zoned else written))
         since = (of_numbers if is_number(clock.type) else of_text)(counted, clock).since
-    by = f"the time in column '{of.date}'" if stated is None else f"as stated; column '{of.date}' is not used"
-    what = f"the times in column '{of.column}' count from {written[:-6]}, {by}"
+    if stated is not None:
+        by = f"{written[:-6]}, as stated; column '{of.date}' is not used"
+    elif start % DAY_NS:
+        by = f"{written[:-6]}, the time in column '{of.date}'"
+    else:
+        by = f"midnight of {written[:10]}, as column '{of.date}' holds no times of day"
+    what = f"the times in column '{of.column}' count from {by}"
     return Naive(since, zoned, (*dates.notes, (what, "State time.start in the rig description if that is wrong")))

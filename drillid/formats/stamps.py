@@ -17,7 +17,7 @@ from drillid.formats.description import Note
 from drillid.formats.parts_of_times import of_parts
 from drillid.formats.places import first_line, shortened
 from drillid.formats.short_years import of_short_years, with_long_years
-from drillid.formats.stamped_dates import of_stamped_dates
+from drillid.formats.stamped_dates import count_from_date, from_start, of_stamped_dates
 from drillid.formats.stated_times import Naive, StatedTimes
 from drillid.formats.time_columns import Stamps, is_number, zoned_stamps
 from drillid.formats.times_of_day import from_midnight, of_times, time_of_day, with_milliseconds
@@ -123,6 +123,9 @@ def _joined(of: StatedTimes, dates: Any, clock: Any) -> Naive:
     days = _days(replace(of, column=of.date, date=None), dates)
     if np.any(days.since % DAY_NS):
         return of_stamped_dates(of, days, clock)
+    of.check_complete(clock)
+    if count_from_date(of, days, clock):
+        return from_start(of, days, clock)
     since = time_of_day(of, clock)
     return Naive(days.since + since.since, since.zoned, (*days.notes, *since.notes))
 

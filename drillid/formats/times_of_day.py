@@ -95,7 +95,7 @@ def _counted(of: StatedTimes, numbers: Floats) -> Naive | None:
     if _all_below(1, numbers):
         return Naive(np.asarray(np.rint(numbers * (DAY_NS // 1000)).astype(np.int64) * 1000), False)
     stated = _in_seconds(of)
-    if not (stated or _not_digits(numbers)) or not _all_below(_DAY_S, numbers):
+    if not (stated or are_no_digits(numbers)) or not _all_below(_DAY_S, numbers):
         return None
     what = f"the times in column '{of.column}' are read as seconds of the day"
     notes = () if stated else ((what, "Write times of day such as 06:00:00.020 if that is wrong"),)
@@ -111,7 +111,7 @@ def may_count_otherwise(of: StatedTimes, column: Any) -> bool:
     numbers = numbers_in(column)
     if numbers is None or not _all_below(_DAY_S, numbers):
         return False
-    return _all_below(1, numbers) or not (_in_seconds(of) or _not_digits(numbers))
+    return _all_below(1, numbers) or not (_in_seconds(of) or are_no_digits(numbers))
 
 
 def _all_below(limit: int, numbers: Floats) -> bool:
@@ -123,7 +123,7 @@ def _in_seconds(of: StatedTimes) -> bool:
     return unit_named(of.places.header.units.get(of.column, "")) == "s"
 
 
-def _not_digits(numbers: Floats) -> bool:
+def are_no_digits(numbers: Floats) -> bool:
     """Whether the last four digits of some numbers are not valid minutes and seconds."""
     return bool(np.any((numbers % 100 >= 61) | (numbers % 10_000 >= 6000)))
 

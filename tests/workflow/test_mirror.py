@@ -12,6 +12,7 @@ from fsspec.implementations.local import LocalFileSystem
 
 from drillid.errors import SettingsError
 from drillid.fleet import mirror_lock
+from drillid.fleet.command import OUTCOME
 from drillid.fleet.crate import CRATE
 from drillid.fleet.manifest import KEY
 from drillid.fleet.mirror import Changes, hold_mirror, restore, update_mirror
@@ -138,7 +139,9 @@ def test_another_machine_waits_until_the_first_is_done_or_gone(
     hold_mirror(other, mirror)()
 
 
-def test_a_dry_run_and_a_run_that_another_machine_keeps_away_fetch_nothing(finished: Checkout) -> None:
+def test_a_dry_run_and_a_run_that_another_machine_keeps_away_fetch_nothing(
+    finished: Checkout, monkeypatch: pytest.MonkeyPatch
+) -> None:
     share, results = finished.root / "share", finished.root / "results/main"
     words = ("--config", f"mirror={share}")
     finished.run(*words)
@@ -147,13 +150,39 @@ def test_a_dry_run_and_a_run_that_another_machine_keeps_away_fetch_nothing(finis
     assert f"results/main is not there; a run begins with its copy in {share}" in output
     assert "records W1" in jobs_in(output)
     assert not results.exists()
+    finished.run("--summary", *words)
+    assert not results.exists()
     release = hold_mirror(finished.root / "elsewhere", str(share))
-    assert "another machine works on the copy" in finished.run(*words, expect=1)
+    with monkeypatch.context() as told:
+        told.setenv(OUTCOME, str(finished.root / "outcome.json"))
+        assert "another machine works on the copy" in finished.run(*words, expect=1)
+    outcome = json.loads((finished.root / "outcome.json").read_text())
+    assert outcome["line"].startswith("Nothing was done: mirror: another machine works on the copy")
     assert not results.exists()
     release()
     finished.journal()
     assert "was fetched from" in finished.run(*words)
     assert finished.journal() == []
+
+
+def test_a_run_that_another_machine_keeps_away_leaves_the_results_as_they_were(finished: Checkout) -> None:
+    results, words = finished.root / "results/main", ("--config", f"mirror={finished.root / 'share'}")
+    finished.run(*words)
+    shutil.rmtree(results / "spectra/W1")
+    before = files_in(results)
+    release = mirror_lock.hold(LocalFileSystem(), str(finished.root / "share"), finished.root / "elsewhere")
+    assert "another machine works on the copy" in finished.run(*words, expect=1)
+    assert files_in(results) == before
+    release()
+    finished.journal()
+    finished.run(*words)
+    assert finished.journal() == ["spectra W1"]
+
+
+def files_in(results: Path) -> dict[str, tuple[int, bytes]]:
+    """Time and content of everything in the results but the lock."""
+    files = [path for path in sorted(results.rglob("*")) if path.is_file() and path.name != ".lock"]
+    return {str(path): (path.stat().st_mtime_ns, path.read_bytes()) for path in files}
 
 
 def test_results_that_do_not_go_on_from_the_copy_never_overwrite_it(results: Path, tmp_path: Path) -> None:

@@ -99,6 +99,21 @@ def test_a_dry_run_says_what_is_out_of_date_and_why_and_changes_nothing(finished
     assert jobs_in(finished.run("--dry-run", "--omit-from", "spectra")) == []
 
 
+def test_what_only_looks_changes_nothing(finished: Checkout) -> None:
+    results = finished.root / "results/main"
+    shutil.rmtree(results / "spectra/W1")
+    (results / "report/W-2.html").unlink()
+    before = state(results)
+    looks = ("--lint", "--dag", "--rulegraph", "--filegraph", "--summary", "--list-rules", "--list-changes=params")
+    for look in looks:
+        finished.run(look)
+        assert state(results) == before, look
+    finished.journal()
+    finished.run()
+    assert "spectra W1" in finished.journal()
+    assert finished.would_run() == []
+
+
 def test_other_settings_are_seen_without_the_notes_of_snakemake(finished: Checkout) -> None:
     shutil.rmtree(finished.root / ".snakemake")
     assert finished.would_run() == []

@@ -2,6 +2,7 @@
 
 import atexit
 import contextlib
+import functools
 import json
 import os
 import re
@@ -33,39 +34,50 @@ def hand_over(outcome):
     return OUTCOME in os.environ
 
 
-DRY_RUN = workflow.output_settings.dryrun
+def refuse(reason):
+    """End a run that does nothing, with the reason."""
+    hand_over({"line": f"Nothing was done: {reason}"})
+    raise WorkflowError(str(reason)) from None
+
 
 prepare_environment(CHECKOUT if CHECKOUT.is_dir() else workflow_of_library())
 try:
     PLAN = Plan.from_config(config, workflow.configfiles)
     SIMULATED = PLAN.simulated_logs()
-    if workflow.is_main_process and PLAN.starts_from_copy:
-        if DRY_RUN:
-            logger.info(f"{PLAN.settings.results} is not there; a run begins with its copy in {PLAN.settings.mirror}")
-        elif PLAN.restore_results():
-            logger.info(f"{PLAN.settings.results} was fetched from {PLAN.settings.mirror}")
 except DrillidError as error:
-    hand_over({"line": f"Nothing was done: {error}"})
-    raise WorkflowError(str(error)) from None
+    refuse(error)
 
 BATCHES = PLAN.batches
 RELEASES = contextlib.ExitStack()
 BATCH_OF = {well: batch for batch, wells in BATCHES.items() for well in wells}
 
-# what is out of date is deleted before Snakemake looks; where nothing may be deleted, it gets an input that is new
-REFUSALS, MARKS = [], {}
+REFUSALS = []
+
 if workflow.is_main_process:
     name_run()
-    if OUT_OF_DATE := PLAN.out_of_date():
-        try:
-            if not DRY_RUN:
-                PLAN.drop_out_of_date()
-        except DrillidError as error:
-            # Snakemake may be asked for no more than a summary
-            REFUSALS.append(str(error))
-        if DRY_RUN or REFUSALS:
-            MARKS = marks(OUT_OF_DATE, workflow.snakemake_tmp_dir)
     atexit.register(lambda: tell_where_nothing_is_done())
+
+
+@functools.cache
+def marked():
+    """Inputs that are new, by the outputs that are out of date; where a run may delete these, it does so instead.
+
+    Snakemake asks for it as it plans jobs, before it looks at their outputs; only then is it known whether it runs them
+    or is asked for no more than a summary.
+    """
+    runs, out_of_date = workflow.execution_settings is not None and not workflow.dryrun, {}
+    try:
+        if runs and PLAN.restore_results():
+            logger.info(f"{PLAN.settings.results} was fetched from {PLAN.settings.mirror}")
+        elif not runs and PLAN.starts_from_copy:
+            logger.info(f"{PLAN.settings.results} is not there; a run begins with its copy in {PLAN.settings.mirror}")
+        out_of_date = PLAN.out_of_date()
+        if runs and out_of_date:
+            PLAN.drop_out_of_date()
+            return {}
+    except DrillidError as error:
+        REFUSALS.append(str(error))
+    return marks(out_of_date, workflow.snakemake_tmp_dir) if out_of_date else {}
 
 
 def one_of(names):
@@ -108,7 +120,12 @@ def dependencies(stage, names=wells):
 
 def again(output):
     """Input of a rule whose output is out of date where that may not be deleted, and so says why; else nothing."""
-    return lambda wildcards: MARKS.get(str(Path(PLAN.settings.results, output.format(**wildcards))), [])
+
+    def mark(wildcards):
+        place = str(Path(PLAN.settings.results, output.format(**wildcards)))
+        return marked().get(place, []) if workflow.is_main_process else []
+
+    return mark
 
 
 def manifests(stage):
@@ -149,12 +166,12 @@ def mirrored():
 def begin():
     """Keep other runs away from the results, and other machines from their copy."""
     for refusal in REFUSALS:
-        raise WorkflowError(refusal)
+        refuse(refusal)
     try:
         hold_results(Path(PLAN.settings.results))
         RELEASES.callback(PLAN.hold_mirror())
     except DrillidError as error:
-        raise WorkflowError(str(error)) from None
+        refuse(error)
     if workflow.local_exec:
         RELEASES.enter_context(served({job.rule.name for job in workflow.dag.needrun_jobs()}))
 

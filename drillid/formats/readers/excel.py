@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import os
+import re
 import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -29,6 +31,7 @@ _DAYS_TO_1904 = 1462
 _FIRST_DAY, _LAST_DAY = 31412, 53327
 """Days from 1904 to 1990 and to 2050."""
 _LONGEST_STEP_DAYS = 0.005
+_OF_THE_SYSTEM = re.compile(r"\(os error (\d+)\)")
 _NO_REMEDY = "None needed if that is right; otherwise save the workbook with days from 1900"
 _EPOCH = datetime.datetime(1970, 1, 1)
 
@@ -62,12 +65,17 @@ def _workbook(path: Path) -> Any:
 
 @contextlib.contextmanager
 def _damage() -> Iterator[None]:
-    """Errors of the library, whose panics are not an `Exception`, become `ValueError`."""
+    """Errors of the library, whose panics are not an `Exception`, become `ValueError`.
+
+    Those of the system, whose numbers are in the library's messages alone, become `OSError` with the number.
+    """
     import python_calamine
 
     try:
         yield
-    except python_calamine.CalamineError as error:
+    except (python_calamine.CalamineError, OSError) as error:
+        if number := _OF_THE_SYSTEM.search(str(error)):
+            raise OSError(int(number[1]), os.strerror(int(number[1]))) from error
         raise ValueError(str(error)) from error
     except BaseException as error:
         if type(error).__name__ != "PanicException":

@@ -65,12 +65,18 @@ class _Layout:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
+    """The file with its channels, and the `changes` that it states."""
     import struct
 
     from nptdms import TdmsFile
 
+    class File(TdmsFile):  # type: ignore[misc]
+        def _read_file(self, reader: Any, *how: bool) -> None:
+            self.changes = _changes(reader)
+            super()._read_file(reader, *how)
+
     try:
-        with path.open("rb") as content, TdmsFile.open(content) as file:
+        with path.open("rb") as content, File(content, read_metadata_only=True, keep_open=True) as file:
             yield file
     except (struct.error, KeyError, IndexError, TypeError, AttributeError, OverflowError) as error:
         raise ValueError(f"it is damaged: {type(error).__name__} {error}") from error
@@ -95,8 +101,8 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
             groups = [file[dialect.table]]
         else:
             groups = file.groups()
-        changes, size = _changes(path), path.stat().st_size
-        found = [header for group in groups for header in _of_group(group, changes, len(groups) > 1, size)]
+        size = path.stat().st_size
+        found = [header for group in groups for header in _of_group(group, file.changes, len(groups) > 1, size)]
     if not found:
         raise ValueError("it holds no channels with values")
     if len(found) == 1:
@@ -105,27 +111,24 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
     return [replace(header, table=name) for header, name in zip(found, names, strict=True)]
 
 
-def _changes(path: Path) -> _Changes:
-    """What each segment of the file states about the timing of waveforms; the library keeps only the last."""
-    from nptdms.reader import TdmsReader
+def _changes(reader: Any) -> _Changes:
+    """What each segment states about the timing of waveforms, filled in as the library's reader reads the metadata.
 
-    class Reader(TdmsReader):  # type: ignore[misc]
-        def __init__(self, content: Any) -> None:
-            super().__init__(content)
-            self.rows, self.changes = dict[str, int](), _Changes()
+    The library keeps only what the last segment states.
+    """
+    rows, changes, update = dict[str, int](), _Changes(), reader._update_object_properties
 
-        def _update_object_properties(self, properties: Any) -> None:
-            super()._update_object_properties(properties)
-            for name, stated in (properties or {}).items():
-                timing = {key: value for key, value in stated if key in _TIMING}
-                if timing:
-                    self.changes.setdefault(name, []).append((self.rows.get(name, 0), timing))
-            self.rows = {name: channel.num_values for name, channel in self.object_metadata.items()}
+    def updated(properties: Any) -> None:
+        nonlocal rows
+        update(properties)
+        for name, stated in (properties or {}).items():
+            timing = {key: value for key, value in stated if key in _TIMING}
+            if timing:
+                changes.setdefault(name, []).append((rows.get(name, 0), timing))
+        rows = {name: channel.num_values for name, channel in reader.object_metadata.items()}
 
-    with path.open("rb") as content:
-        reader = Reader(content)
-        reader.read_metadata()
-    return reader.changes
+    reader._update_object_properties = updated
+    return changes
 
 
 def _of_group(group: Any, changes: _Changes, several: bool, file_size: int) -> list[Header]:

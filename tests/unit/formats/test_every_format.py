@@ -308,10 +308,10 @@ def test_a_small_file_that_asks_for_all_memory_is_damaged(
 ) -> None:
     from nptdms import TdmsFile
 
-    def fail(content: object) -> None:
+    def fail(*_: object) -> None:
         raise MemoryError
 
     path = write(log, tmp_path / "log.tdms")
-    monkeypatch.setattr(TdmsFile, "open", fail)
+    monkeypatch.setattr(TdmsFile, "_read_file", fail)
     with pytest.raises(LogError, match=r"damaged: it states lengths beyond the memory"):
         read_log(path, "Time", ["RPM"])

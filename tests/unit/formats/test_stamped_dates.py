@@ -67,6 +67,48 @@ def test_elapsed_times_count_from_one_date_with_a_time_of_day(name: str, elapsed
     check(path, "count from 2025-03-03T07:00:00.000", stamps=later, within_ns=1000, start="2025-03-03T07:00:00Z")
 
 
+DAY = "2025-03-03"
+OF_MIDNIGHT = "count from midnight of 2025-03-03, as column 'Date' holds no times of day"
+
+
+@pytest.mark.parametrize(
+    ("name", "elapsed"),
+    [
+        *((name, ELAPSED) for name in ("ETIM (s)", "Elapsed Time", "Time", "Time (s)")),
+        *((name, ELAPSED / 60) for name in ("Elapsed Time (min)", "Time (min)")),
+        ("ETIM (s)", ELAPSED + 90_000),
+    ],
+)
+def test_elapsed_times_beside_one_date_count_from_its_midnight_if_no_start_is_stated(
+    name: str, elapsed: np.ndarray, tmp_path: Path
+) -> None:
+    path = log(tmp_path, **{"Date": [DAY] * 1500, name: elapsed})
+    begun = pd.Timestamp(DAY) + pd.Timedelta(90_000 if elapsed[0] else 0, "s")
+    stamps = LONG + (begun - LONG[0])
+    check(path, OF_MIDNIGHT, stamps=stamps, within_ns=1000)
+    later = stamps + pd.Timedelta(6, "h")
+    check(path, "count from 2025-03-03T06:00:00.000, as stated", stamps=later, within_ns=1000, start=f"{DAY}T06:00:00")
+
+
+@pytest.mark.parametrize(
+    ("name", "first"),
+    [("Time (s)", 21_600.0), ("Time", 21_600.0), ("Seconds since midnight", 21_600.0), ("Seconds since midnight", 0.0)],
+)
+def test_seconds_of_the_day_beside_one_date_remain_times_of_day(name: str, first: float, tmp_path: Path) -> None:
+    path = log(tmp_path, **{"Date": [DAY] * 1500, name: ELAPSED + first})
+    time = TimeColumn(column=name, date="Date", start=f"{DAY}T03:00:00")
+    found = read_log(path, time, ["TQ"])
+    assert found.stamps[0] == np.datetime64(DAY) + np.timedelta64(int(first), "s")
+    assert not any("no times of day" in what for what, _ in found.notes)
+
+
+def test_clocks_that_begin_at_midnight_are_times_of_day(tmp_path: Path) -> None:
+    begun = LONG - pd.Timedelta(6, "h")
+    check(log(tmp_path, Date=[DAY] * 1500, Time=ELAPSED / 86_400), stamps=begun, within_ns=1000)
+    for form in ("%H:%M:%S.%f", "%H%M%S.%f"):
+        check(log(tmp_path, Date=[DAY] * 1500, Time=begun.strftime(form)), stamps=begun)
+
+
 def test_a_stated_start_is_preferred_to_dates_with_times_of_day(tmp_path: Path) -> None:
     path = log(tmp_path, **{"Date": LONG.strftime(FORM), "ETIM (s)": ELAPSED})
     later = LONG + pd.Timedelta(1, "h")

@@ -1,11 +1,13 @@
 """Waveforms of TDMS: channels that start together or apart, and recordings that were appended."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from nptdms import ChannelObject, TdmsWriter
+from nptdms.reader import TdmsReader
 
 from drillid.errors import LogError
 from drillid.formats import Dialect, headers, read_log
@@ -45,6 +47,20 @@ def test_waveforms_that_start_apart_are_tables_of_names_of_their_own(tmp_path: P
     assert [header.table for header in headers(path)] == ["Fast, 50 Hz", "Fast, 50 Hz:2"]
     found = read_log(path, None, ["TQ"], dialect=Dialect(table="Fast, 50 Hz:2"))
     assert found.stamps[0] == np.datetime64(starts[1])
+
+
+def test_the_metadata_of_all_segments_are_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tdms(tmp_path / "log.tdms", *[{"RPM": ("2025-03-03T06:00:00", SPEED)}] * 3)
+    read, reading = list[int](), TdmsReader._read_segment_metadata
+
+    def counted(reader: TdmsReader, *words: Any) -> Any:
+        read.append(words[1])
+        return reading(reader, *words)
+
+    monkeypatch.setattr(TdmsReader, "_read_segment_metadata", counted)
+    headers(path)
+    assert len(set(read)) == 4, "three segments and the end of the file"
+    assert len(read) == len(set(read))
 
 
 def test_recordings_that_were_appended_to_tdms_start_at_their_own_times(tmp_path: Path) -> None:
