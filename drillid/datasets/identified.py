@@ -141,7 +141,11 @@ DEPTH = DatasetSchema(
             inertia_pull=("1", "BHA inertia less its run's level, in standard deviations"),
             critical_slope=("N m s rad-1", "decrease of bit torque with speed above which vibration grows"),
             critical_frequency=("Hz", "frequency of that vibration"),
-            lowest_stable_speed=("rad s-1", "speed below which a bit of the stated torque per weight sticks and slips"),
+            lowest_stable_speed=(
+                "rad s-1",
+                "speed below which a bit of the stated torque per weight sticks and slips; infinite where it does at "
+                "every speed",
+            ),
             tuned_proportional=("N m s rad-1", "proportional gain of the speed control with the least bit vibration"),
             tuned_integral=("N m rad-1", "integral gain of the speed control with the least bit vibration"),
             tuned_vibration=("1", "largest bit mobility with these gains, relative to that with the present gains"),
