@@ -6,7 +6,7 @@ freedom, follows F(2, 2ν); sums of such terms are matched by moments.
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import chdtrc, fdtri, ndtri, stdtr
+from scipy.special import chdtrc, fdtri, ndtr, ndtri, stdtr, stdtrit
 
 from drillid.arrays import Floats
 
@@ -16,6 +16,11 @@ ONE_SIDED = 1.645
 """Distance to a one-sided 95 % limit in standard errors; the half-width of a 90 % interval."""
 _BISECTIONS = 60
 """Number of bisections after which distances are equal in double precision."""
+
+
+def student(normal: float, degrees_of_freedom: float) -> float:
+    """Value of Student's t with the same probability of more as one of the normal distribution."""
+    return float(stdtrit(degrees_of_freedom, ndtr(normal)))
 
 
 def expected_ratio(degrees_of_freedom: ArrayLike) -> Floats:

@@ -112,16 +112,16 @@ def _has_changes(results: Path) -> bool:
 def _change(row: Mapping[Any, Any]) -> dict[str, Any]:
     kind = str(row["change"])
     depths = QUANTITIES["depth"].text(row["from_m"], row["to_m"]) if np.isfinite(row["from_m"]) else Markup("")
-    words = kind.replace("_", " ")
+    words = what = kind.replace("_", " ")
     if not pd.isna(row["count"]):
         number_of = int(row["count"])
-        words = f"{number_of} {words.removesuffix('s')}{'s' if number_of != 1 else ''}"
+        what = f"{number_of} {words.removesuffix('s')}{'s' if number_of != 1 else ''}"
     texts = [words_of(str(row[name])) for name in ("before", "now") if str(row[name])]
     return {
         "well": str(row["well"]),
-        "kind": kind.replace("_", " "),
+        "kind": words,
         "meaning": CHANGES.get(kind, ""),
-        "what": words,
+        "what": what,
         "depths": str(depths),
         "text": " → ".join(texts),
         "where": str(row["where"]),

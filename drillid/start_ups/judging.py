@@ -14,7 +14,7 @@ import numpy as np
 from drillid.arrays import Floats
 from drillid.simulation.start_up import RATE
 from drillid.simulation.start_up_fit import MeasuredStartUp, StartUpModel
-from drillid.statistics import ONE_SIDED
+from drillid.statistics import ONE_SIDED, student
 
 BLOCK_S = 4.0
 """s; strings of a few kilometres stick and slip within two to eight seconds, and most of a cycle counts."""
@@ -70,10 +70,8 @@ def held_out_errors(model: StartUpModel, log: MeasuredStartUp, seen: float) -> F
 
 def gain(before: Floats, after: Floats) -> Gain:
     """Saving of the second of two models, relative to the error of the first; unbounded below three blocks."""
-    from scipy.special import ndtr, stdtrit
-
     saved = (before - after) / max(float(before.mean()), np.finfo(float).tiny)
     if saved.size < _LEAST_BLOCKS:
         return Gain(float(saved.mean()), np.inf)
     error = float(saved.std(ddof=1) / np.sqrt(saved.size))
-    return Gain(float(saved.mean()), float(stdtrit(saved.size - 1, ndtr(ONE_SIDED))) * error)
+    return Gain(float(saved.mean()), student(ONE_SIDED, saved.size - 1) * error)

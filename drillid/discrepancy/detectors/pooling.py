@@ -10,6 +10,7 @@ from scipy.special import chdtrc, gammainc, gammaincc, log_ndtr, ndtr, ndtri_exp
 from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.detectors.detection import Detection, SpectralLines
+from drillid.discrepancy.detectors.detector import Detector
 from drillid.discrepancy.predictive_gain import NO_PREDICTIVE_GAIN, PredictiveGain
 from drillid.discrepancy.rules import IMAGES_RATE, LARGEST_COUNTEREVIDENCE, LINE_KEPT, SCATTER_RATE
 
@@ -43,9 +44,7 @@ class PooledDetection:
         """
         if not (np.isfinite(self.size_error) and self.size_error > 0):
             return self.log_evidence
-        detector = CATALOGUE[self.cause].detector
-        least_shown = detector.least_shown if detector else 1.0
-        low, high = sorted((least_shown * size, size))
+        low, high = sorted((_detector(self.cause).least_shown * size, size))
         shown = float(np.clip(self.size, low, high))
         ratio = (self.size**2 - (self.size - shown) ** 2) / (2 * self.size_error**2)
         return float(np.clip(ratio, -LARGEST_COUNTEREVIDENCE, max(self.log_evidence, 0.0)))
@@ -79,18 +78,18 @@ def _pooled(cause: str, own: Sequence[Detection]) -> PooledDetection:
     mean = float(np.sum(weight * size) / weight.sum()) if known else float(np.median(size))
     # the windows' sizes may scatter by more than their stated errors
     spread = float(np.sum(weight * (size - mean) ** 2) / max(len(own) - 1, 1)) if known else 1.0
-    accuracy, least = _of_detector(cause)
-    error = float(np.hypot(np.sqrt(max(spread, 1.0) / weight.sum()), accuracy * mean)) if known else np.nan
-    p_value = 1.0 if known and abs(mean) < least else p_value
+    detector = _detector(cause)
+    error = float(np.hypot(np.sqrt(max(spread, 1.0) / weight.sum()), detector.accuracy * mean)) if known else np.nan
+    p_value = 1.0 if known and abs(mean) < detector.least else p_value
     return PooledDetection(
         cause, p_value, evidence_of_p_value(p_value), mean, error, len(own), _closure(own), _separation(own)
     )
 
 
-def _of_detector(cause: str) -> tuple[float, float]:
-    """Relative uncertainty of a cause's size that its windows have in common, and the size that any rig may have."""
-    detector = CATALOGUE[cause].detector if cause in CATALOGUE else None
-    return (detector.accuracy, detector.least) if detector else (0.0, 0.0)
+def _detector(cause: str) -> Detector:
+    """The detector of a cause, which tells how far its sizes hold; any for a symptom, which has no size of a cause."""
+    own = CATALOGUE[cause].detector if cause in CATALOGUE else None
+    return own or Detector()
 
 
 def _at_better_shape(own: Sequence[Detection]) -> tuple[Sequence[Detection], float]:

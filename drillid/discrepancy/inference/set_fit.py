@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import ndtr, stdtrit
 
 from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.inference.coordinates import (
@@ -24,11 +23,11 @@ from drillid.discrepancy.inference.rows import Products, real_rows
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import OUTLIER_IMPROVEMENT, STUDENT_TAIL, WIDE_PRIOR
 from drillid.fits.damped import DEVIATIONS, LEAST_CURVATURE, SET, SET_END, descend
-from drillid.statistics import TWO_SIDED
+from drillid.statistics import TWO_SIDED, student
 
 _ROUNDS = 3
 """Rounds in which each window is restarted from the set's values."""
-_HEAVY = float(stdtrit(STUDENT_TAIL, ndtr(TWO_SIDED)) / TWO_SIDED)
+_HEAVY = student(TWO_SIDED, STUDENT_TAIL) / TWO_SIDED
 """Standard deviation of the normal distribution whose central 95 % interval is that of Student's t of unit scale."""
 _PLACES, _UNIT = list(LOCAL), np.eye(len(LOCAL))
 """Indices of the windows' deviations among the shared coordinates, and the unit matrix of their size."""

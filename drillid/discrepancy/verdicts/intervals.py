@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from scipy.special import expit, ndtr, stdtrit
+from scipy.special import expit
 
 from drillid.arrays import Booleans, Floats, Integers
 from drillid.discrepancy.catalogue import CATALOGUE
@@ -15,7 +15,7 @@ from drillid.discrepancy.catalogue.time import rise
 from drillid.discrepancy.detectors.pooling import evidence_of_p_value
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
-from drillid.statistics import ONE_SIDED, TWO_SIDED, pairwise_distance
+from drillid.statistics import ONE_SIDED, TWO_SIDED, pairwise_distance, student
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -262,7 +262,7 @@ def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Pr
         error, held_out = np.sqrt(2 * max(value + 1, 0.5)), 0
     else:
         # Student's t quantile for few windows, relative to the normal one
-        widening = stdtrit(count - 1, ndtr(ONE_SIDED)) / ONE_SIDED
+        widening = student(ONE_SIDED, count - 1) / ONE_SIDED
         error, held_out = widening * gains.std(ddof=1) / np.sqrt(count), count
     return PredictiveGain(value, float(error), held_out)
 
