@@ -69,6 +69,31 @@ def test_two_samples_may_be_the_same() -> None:
     assert np.abs(found - clean).max() < 60.0
 
 
+@pytest.mark.parametrize("interval", [0.0225, 0.0325, 0.0475])
+def test_what_is_added_to_a_held_speed_does_not_hide_its_samples(interval: float) -> None:
+    time = np.arange(0, SECONDS, 1 / RATE)
+    rows, clean = (swept(np.floor(time / interval + 1e-9) * interval) for _ in range(2))
+    rows[1] = np.round(rows[1] + 0.001 * np.sin(2 * np.pi * 9.7 * time), 4)
+    shown, alone = released(rows, RATE), released(clean, RATE)
+    assert shown.interval == pytest.approx(interval, rel=1e-4)
+    np.testing.assert_allclose(shown.channels[0], alone.channels[0], atol=0.1)
+    assert np.abs(shown.channels[1] - alone.channels[1])[50:-50].max() < 0.003
+
+
+def test_rows_that_rounding_repeats_hold_no_samples() -> None:
+    time = np.arange(0, SECONDS, 1 / RATE)
+    random = np.random.default_rng(2).normal(size=(1, time.size))
+    for rows in (np.round(random, 1), np.round(swept(time)[1:], 2)):
+        assert (np.diff(rows) == 0).mean() > 0.02
+        np.testing.assert_array_equal(released(rows, RATE).channels, rows)
+
+
+def test_a_speed_read_anew_in_each_row_stays_as_it_is_beside_a_held_torque() -> None:
+    time = np.arange(0, SECONDS, 1 / RATE)
+    rows = np.stack([swept(np.floor(time / INTERVAL + 1e-9) * INTERVAL)[0], swept(time)[1]])
+    np.testing.assert_array_equal(released(rows, RATE).channels, rows)
+
+
 @pytest.mark.parametrize("rows", [channels(np.arange(0, SECONDS, 1 / RATE)), np.full((3, 500), np.nan)])
 def test_other_rows_stay_as_they_are(rows: np.ndarray) -> None:
     np.testing.assert_array_equal(released(rows, RATE).channels, rows)
