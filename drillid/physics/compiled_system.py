@@ -27,12 +27,15 @@ from drillid.physics.equipment import (
     StribeckCutting,
     TopDrive,
 )
+from drillid.physics.held_control import Held, filter_pairs
 from drillid.physics.kernel import BLOCK
 from drillid.physics.sensor import Recording
 from drillid.physics.system_layout import (
     CONTROL_FACTOR,
     COURSE,
     DRIVE_FACTOR,
+    FIXED,
+    HELD,
     PER_LINE,
     RECORD_FACTOR,
     Curves,
@@ -165,20 +168,23 @@ def data_of(
     return Data(padded, omega.size, measured[0], weights[0], places, measured[1], weights[1])
 
 
-def compiled_system(system: DrillingSystem, recording: Recording, course: Sequence[Any]) -> CompiledSystem | None:
+def compiled_system(
+    system: DrillingSystem, recording: Recording, course: Sequence[Any], held: Held | None = None
+) -> CompiledSystem | None:
     """The system as rows of numbers; None where the compiled code does not cover a part of it.
 
     Parameters
     ----------
     course : N m s/rad, deviation of the damping at the bit in successive, equally long parts of the window
+    held : control that samples and holds, whose cumulants the system has
     """
     if not _has_known_parts(system, recording):
         return None
     lines, motor, bit = _Lines(), system.motor or Motor(1.0), _Bit.of(system.bit)
     sections = [lines.add(section) for section in system.string]
     top_drive, controller = system.top_drive, system.top_drive.controller
-    higher = *top_drive.hold_higher, *recording.hold_higher
-    constants = [controller.compensated_inertia, controller.compensation_filter, *higher, *lines.constants]
+    constants = [controller.compensated_inertia, controller.compensation_filter]
+    constants += [*top_drive.hold_higher, *recording.hold_higher, *_held_constants(held), *lines.constants]
     is_known = None not in sections and controller.matching is None
     if bit is None or not is_known or any(isinstance(constant, Dual) for constant in constants):
         return None
@@ -193,7 +199,7 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
         system.motor is not None,
         bit.has_cutting,
         order,
-        np.array([2 * np.sin(np.pi * (2 * pair + 1) / (2 * order)) for pair in range(order // 2)]),
+        filter_pairs(order),
     )
     clock_variance = recording.clock_jitter * recording.clock_jitter + recording.hold_variance
     delay_variance = top_drive.delay_jitter * top_drive.delay_jitter + top_drive.hold_variance
@@ -211,6 +217,13 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
     ]
     factors = recording.shaping, controller.shaping, top_drive.shaping
     return CompiledSystem(quantities, constants, structure, factors, lines.shunts)
+
+
+def _held_constants(held: Held | None) -> list[Any]:
+    if held is None:
+        return [0.0] * (FIXED - HELD)
+    *_, jitter, clock_jitter, _ = held.quantities
+    return [held.quantities[0], held.read[0], held.later[0], jitter, clock_jitter]
 
 
 def _has_known_parts(system: DrillingSystem, recording: Recording) -> bool:

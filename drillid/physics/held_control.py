@@ -13,6 +13,8 @@ series is the response of a delay of 0 with probability 1 − f, else of h, abou
 Further cumulants follow from these two: the third is κ = h³ f(1 − f)(1 − 2f), at most 0.1 h³; the fourth makes 1 % at
 4 Hz where h is 45 ms.
 
+Cumulants are for what knows no load but the inertia, and for derivatives; `Held` has the sum with the string as load.
+
 What depends on f is folded from the multiples k of the rate: 1 + Σ s² e^(−νT) G(s + ν)/(G(s) (s + ν)²) over ν = 2πik/h,
 k ≠ 0, with T = T_d − h/2 and the filters G between command and reading. Their ratio is taken at s = 0, for the first
 multiple, which folds most, together with its slope; from the third multiple on, its modulus is the second's, and so is
@@ -20,13 +22,16 @@ its phase per multiple. A recorder that keeps the readings holds what they would
 filter took the place of the control's: its time stamps have the difference in v, and in κ, between the two.
 """
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import erf
 
+from drillid.arrays import Complex, Floats
 from drillid.physics.dual_numbers import composed, primal, unstacked
-from drillid.physics.held_kernel import QUANTITIES, folded
+from drillid.physics.held_kernel import QUANTITIES, WAYS, folded
+from drillid.physics.images_kernel import images
 
 _USUAL = 0.025
 """s, scale of the half-normal prior of an interval that is not known."""
@@ -88,6 +93,65 @@ def read_and_kept(interval: Any, delay: Any, offset: Any, filters: Filters = NO_
     second, third, later_second, later_third = unstacked(composed(cumulants[:, :2].reshape(4, *shape), parts))
     read, later = cumulants[:, 2:].reshape(2, 2, *shape)
     return (second, third, *read), (later_second, later_third, *later)
+
+
+@dataclass(frozen=True)
+class Held:
+    """A command that is held, and its effect as read: plain numbers, all scalars or of shape (window, 1)."""
+
+    quantities: tuple[Any, ...]
+    """The eight of `drillid.physics.held_kernel`: interval, delay, offset and filters."""
+    order: int
+    """Of the recorder's filter."""
+    read: Cumulants
+    """What holding adds to the cumulants of the delay."""
+    later: Cumulants
+    """What the recorded readings have in addition."""
+
+    @classmethod
+    def of(
+        cls, interval: Any, delay: Any, offset: Any, filters: Filters, cumulants: tuple[Cumulants, Cumulants]
+    ) -> "Held":
+        """The values of quantities that may be Duals, with the cumulants that `read_and_kept` gives for them."""
+        read, later = (tuple(primal(each) for each in of_way) for of_way in cumulants)
+        quantities = tuple(primal(each) for each in (interval, delay, offset, *filters[:-1]))
+        return cls(quantities, filters.order, read, later)
+
+    def drive(self, s: Complex) -> Complex:
+        """Response of a command held for an interval, about its mean delay, over that of the cumulants."""
+        half = 0.5 * s * self.quantities[0]
+        return np.asarray(np.sinh(half) / half / np.exp(_logarithm(s, self.read)), dtype=complex)
+
+    def record(self, s: Complex) -> Complex:
+        """One over the response of the cumulants that the recorded readings have in addition."""
+        return np.asarray(np.exp(-_logarithm(s, self.later)), dtype=complex)
+
+    def images(self, s: Complex, inertia: Any, admittance: Any) -> tuple[Complex, Complex]:
+        """What the control's readings fold, and the recorded ones, relative to the drive's torque, rad/(N m s).
+
+        Parameters
+        ----------
+        s : (F,)
+        inertia : of the top drive, kg m²
+        admittance : characteristic one of the pipe, N m s/rad
+        """
+        values = np.broadcast_arrays(*self.quantities, primal(inertia), primal(admittance))
+        table = np.stack(values, axis=-1).astype(float).reshape(-1, QUANTITIES + 2)
+        order = self.order if np.any(table[:, QUANTITIES - 1] > 0) else 0
+        found = np.empty((len(table), WAYS, s.size), dtype=complex)
+        for row, filled in zip(table, found, strict=True):
+            images(row[:QUANTITIES], filter_pairs(order), order, row[-2], row[-1], s, filled)
+        read, kept = np.moveaxis(found, 1, 0).reshape(WAYS, *np.shape(values[0])[:-1], s.size)
+        return read, kept
+
+
+def filter_pairs(order: int) -> Floats:
+    """Linear coefficients of the quadratic factors of a Butterworth filter's polynomial, (order // 2,)."""
+    return np.asarray(2 * np.sin(np.pi * (2 * np.arange(order // 2) + 1) / (2 * order)) if order else [], dtype=float)
+
+
+def _logarithm(s: Complex, cumulants: Cumulants) -> Any:
+    return np.square(s) * cumulants[0] / 2 + held_logarithm(s, *cumulants[1:])
 
 
 def held_logarithm(s: Any, third: Any, fourth: Any, fifth: Any) -> Any:

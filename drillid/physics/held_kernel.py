@@ -19,6 +19,8 @@ drive's lag and of the control's speed filter, s; variances of jitter of the dri
 over the angular corner frequency of the recorder's Butterworth filter, s."""
 _INTERVAL, _DELAY, _LAG, _SECOND_LAG, _VARIANCE, _CORNER_TIME = range(6)
 """Places of the quantities on the way to one reading, whose delay and variance are sums."""
+WAYS = 2
+"""To the control's reading, and to the recorded one."""
 _ON_ONE_WAY = 6
 _TO_READ = np.array([0, 1, -1, 2, 3, 4, -1, -1])
 _TO_KEPT = np.array([0, 1, 1, 2, -1, 4, 4, 5])
@@ -43,7 +45,7 @@ def _butterworth(u: complex, order: int) -> tuple[complex, complex, complex]:
 
 
 @compiled
-def _filters(own: Floats, order: int, s: complex, slopes: Complex) -> tuple[complex, complex, complex]:
+def filters(own: Floats, order: int, s: complex, slopes: Complex) -> tuple[complex, complex, complex]:
     """L, L′ and L″ at s.
 
     Parameters
@@ -87,9 +89,9 @@ def _one_way(own: Floats, order: int, by_filters: Complex, cumulants: Floats, sl
     """
     h, delay = own[_INTERVAL], own[_DELAY]
     rate = complex(0.0, 2 * math.pi / h)
-    _, at_zero, _ = _filters(own, order, complex(0.0, 0.0), by_filters[0])
-    at_first, by_rate, curvature = _filters(own, order, rate, by_filters[1])
-    at_second, by_twice, _ = _filters(own, order, 2 * rate, by_filters[2])
+    _, at_zero, _ = filters(own, order, complex(0.0, 0.0), by_filters[0])
+    at_first, by_rate, curvature = filters(own, order, rate, by_filters[1])
+    at_second, by_twice, _ = filters(own, order, 2 * rate, by_filters[2])
 
     modulus, phase = math.exp(at_second.real), 0.5 * at_second.imag
     part = delay / h - 0.5 - phase / (2 * math.pi)
@@ -126,6 +128,16 @@ def _one_way(own: Floats, order: int, by_filters: Complex, cumulants: Floats, sl
 
 
 @compiled
+def on_way(quantities: Floats, way: int) -> Floats:
+    """The six quantities on one of the ways, interval, delay, two lags, variance and time of the corner, of eight."""
+    own = np.zeros(_ON_ONE_WAY)
+    for quantity, place in enumerate(_TO_KEPT if way else _TO_READ):
+        if place >= 0:
+            own[place] += quantities[quantity]
+    return own
+
+
+@compiled
 def folded(quantities: Floats, order: int, cumulants: Floats, slopes: Floats) -> None:
     """What holding adds to the cumulants of the drive's delay, and to those of the recorder's clock.
 
@@ -137,13 +149,10 @@ def folded(quantities: Floats, order: int, cumulants: Floats, slopes: Floats) ->
     slopes : (2, 2, 8, W) derivatives of second and third, filled
     """
     by_filters = np.zeros((3, 2, _ON_ONE_WAY), dtype=np.complex128)
-    own, added, derivatives = np.zeros(_ON_ONE_WAY), np.empty((2, 4)), np.empty((2, 2, _ON_ONE_WAY))
+    added, derivatives = np.empty((WAYS, 4)), np.empty((WAYS, 2, _ON_ONE_WAY))
     for window in range(quantities.shape[0]):
-        for way, places in enumerate((_TO_READ, _TO_KEPT)):
-            own[:] = 0.0
-            for quantity, place in enumerate(places):
-                if place >= 0:
-                    own[place] += quantities[window, quantity]
+        for way in range(WAYS):
+            own = on_way(quantities[window], way)
             _one_way(own, order, by_filters, added[way], derivatives[way])
         cumulants[0, :, window], cumulants[1, :, window] = added[0], added[1] - added[0]
         for quantity in range(QUANTITIES):

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drillid.arrays import Floats
+from drillid.arrays import Complex, Floats
+from drillid.physics.images_kernel import images
 from drillid.physics.kernel import BLOCK, compiled, falling, inverse, read, root, through_section, write
 from drillid.physics.system_layout import (
     BIT,
@@ -23,6 +24,7 @@ from drillid.physics.system_layout import (
     DRIVE_FACTOR,
     FIXED,
     FIXED_PER_LINE,
+    HELD,
     MOTOR,
     PER_LINE,
     PER_SECTION,
@@ -35,9 +37,9 @@ from drillid.physics.system_layout import (
 )
 
 # places in the table of a block, each of a real and an imaginary row
-_DRIVE, CONTROL_ROW, RECORD_ROW, _UNFILTERED, _LOAD, _ADJOINT = 0, 1, 2, 3, 4, 5
-MOBILITY_ROW, _TO_DRIVE, _TO_CONTROL, _LOGARITHM, _ROW = 6, 7, 8, 9, 10
-_TABLE = 2 * 11 * BLOCK
+_DRIVE, CONTROL_ROW, RECORD_ROW, _KEPT_ROW, _LOAD, _ADJOINT = 0, 1, 2, 3, 4, 5
+MOBILITY_ROW, _TO_DRIVE, _TO_CONTROL, _LOGARITHM = 6, 7, 8, 9
+_TABLE = 2 * 10 * BLOCK
 # places in what is kept of a section
 _GAMMA, _SERIES, _BY_LOAD, _BY_OWN, _BY_PHASE = 0, 1, 2, 3, 4
 _KEPT = 2 * 5 * BLOCK
@@ -50,19 +52,20 @@ _OF_LINE = 2 * 3 * BLOCK
 
 @compiled
 def _drive(values: Floats, constants: Floats, omega: Floats, factors: Floats, table: Floats) -> None:
-    """Drive, control and clock of the recording."""
-    clock_variance, offset = values[RECORDING + 2], values[RECORDING + 1]
+    """Drive, control and clock of the recording, and the steps of a held command."""
+    clock_variance, offset = values[RECORDING + 2] - constants[HELD + 2], values[RECORDING + 1]
     proportional, integral = values[CONTROL], values[CONTROL + 1]
     speed_filter, torque_filter = values[CONTROL + 2], values[CONTROL + 3]
-    delay, variance, gain = values[TOP_DRIVE + 1], values[TOP_DRIVE + 2], values[TOP_DRIVE + 3]
-    lag, of_delay, of_clock = values[TOP_DRIVE + 4], values[TOP_DRIVE + 5] / 6, values[RECORDING + 4] / 6
+    delay, variance, gain = values[TOP_DRIVE + 1], values[TOP_DRIVE + 2] - constants[HELD + 1], values[TOP_DRIVE + 3]
+    lag, half, cumulants = values[TOP_DRIVE + 4], 0.5 * constants[HELD], 0.0 if constants[HELD] > 0 else 1.0
+    of_delay, of_clock = cumulants * values[TOP_DRIVE + 5] / 6, cumulants * values[RECORDING + 4] / 6
     compensated, compensation_filter = constants[0], constants[1]
     for j in range(BLOCK):
         s = complex(0.0, omega[j])
         compensation = compensated * s * inverse(1.0 + compensation_filter * s)
         filters = inverse(1.0 + speed_filter * s) * inverse(1.0 + torque_filter * s)
         square, cube = 0.5 * omega[j] * omega[j], omega[j] * omega[j] * omega[j]
-        fourth, fifth = square * square / 6.0, cube * square / 60.0
+        fourth, fifth = cumulants * square * square / 6.0, cumulants * cube * square / 60.0
         turned = delay * omega[j] - of_delay * cube + constants[3] * fifth
         delayed = falling(complex(square * variance - constants[2] * fourth, turned))
         response = (complex(proportional, -integral / omega[j]) - compensation) * filters
@@ -74,6 +77,29 @@ def _drive(values: Floats, constants: Floats, omega: Floats, factors: Floats, ta
         write(table, _TO_DRIVE, j, complex(0.0, 0.0))
         write(table, _TO_CONTROL, j, complex(0.0, 0.0))
         write(table, MOBILITY_ROW, j, complex(0.0, 0.0))
+        write(table, _KEPT_ROW, j, complex(0.0, 0.0))
+    if half > 0:
+        for j in range(BLOCK):
+            write(table, _DRIVE, j, read(table, _DRIVE, j) * (math.sin(half * omega[j]) / (half * omega[j])))
+
+
+@compiled
+def _fold(values: Floats, constants: Floats, structure: Structure, omega: Floats, folded: Complex) -> None:
+    """What the readings of held control fold of its steps, (2, BLOCK); 0 without it."""
+    folded[:] = 0.0
+    if constants[HELD] > 0:
+        line = COURSE + structure.parts + PER_LINE * structure.line_of[0]
+        polar = values[COURSE + structure.parts + PER_LINE * structure.lines + 1]
+        admittance = polar * math.sqrt(values[line + 4] * values[line + 5])
+        corner_time = 1.0 / (2 * math.pi * values[RECORDING + 3]) if structure.filter_order > 0 else 0.0
+        quantities = np.array(
+            [
+                *(constants[HELD], values[TOP_DRIVE + 1], values[RECORDING + 1], values[TOP_DRIVE + 4]),
+                *(values[CONTROL + 2], constants[HELD + 3], constants[HELD + 4], corner_time),
+            ]
+        )
+        order = structure.filter_order
+        images(quantities, structure.filter_pairs, order, values[TOP_DRIVE], admittance, 1j * omega, folded)
 
 
 @compiled
@@ -157,18 +183,24 @@ def _section(line: Floats, own: Floats, of_line: Floats, omega: Floats, table: F
 
 
 @compiled
-def _top(inertia: float, share: float, omega: Floats, table: Floats, to_inertia: Floats) -> None:
-    """The mobility, and its derivatives to the string's admittance, to drive, control and inertia."""
+def _top(inertia: float, share: float, omega: Floats, folded: Complex, table: Floats, to_inertia: Floats) -> None:
+    """The mobility, and its derivatives to the string's admittance, to drive (its logarithm), control and inertia.
+
+    What is folded is relative to the inertia, so that its derivative to that is left out.
+    """
     for j in range(BLOCK):
-        drive, response = read(table, _DRIVE, j), read(table, CONTROL_ROW, j)
-        per_total = inverse(complex(0.0, inertia * omega[j]) + read(table, _LOAD, j) + drive * response)
-        mobility = drive * per_total
-        adjoint = -share * mobility * per_total
+        drive, response, image = read(table, _DRIVE, j), read(table, CONTROL_ROW, j), folded[0, j]
+        load = complex(0.0, inertia * omega[j]) + read(table, _LOAD, j)
+        whole = 1.0 + image * load
+        per_total = inverse(load + drive * whole * response)
+        mobility = drive * whole * per_total
+        open_share = 1.0 - mobility * response
         add(table, MOBILITY_ROW, j, share * mobility)
-        write(table, _ADJOINT, j, adjoint)
-        add(table, _TO_DRIVE, j, share * per_total + adjoint * response)
-        add(table, _TO_CONTROL, j, adjoint * drive)
-        add(to_inertia, 0, j, adjoint * complex(0.0, omega[j]))
+        add(table, _KEPT_ROW, j, share * (1.0 + folded[1, j] * load) * inverse(whole))
+        write(table, _ADJOINT, j, share * per_total * (drive * image * open_share - mobility))
+        add(table, _TO_DRIVE, j, share * mobility * open_share)
+        add(table, _TO_CONTROL, j, -share * mobility * mobility)
+        add(to_inertia, 0, j, -share * mobility * per_total * complex(0.0, omega[j]))
 
 
 @compiled
@@ -235,8 +267,8 @@ def _down_drive(
     gain, lag = values[TOP_DRIVE + 3], values[TOP_DRIVE + 4]
     speed_filter, torque_filter = values[CONTROL + 2], values[CONTROL + 3]
     for j in range(BLOCK):
-        s, drive, response = complex(0.0, omega[j]), read(table, _DRIVE, j), read(table, CONTROL_ROW, j)
-        to_drive, to_control = read(table, _TO_DRIVE, j) * drive, read(table, _TO_CONTROL, j)
+        s, response = complex(0.0, omega[j]), read(table, CONTROL_ROW, j)
+        to_drive, to_control = read(table, _TO_DRIVE, j), read(table, _TO_CONTROL, j)
         write(slopes, TOP_DRIVE + 1, j, -s * to_drive)
         write(slopes, TOP_DRIVE + 2, j, -0.5 * omega[j] * omega[j] * to_drive)
         write(slopes, TOP_DRIVE + 3, j, to_drive * (1.0 / gain))
@@ -264,7 +296,7 @@ def _recorded(
     """Mobility and control's response as recorded, and their derivatives to the recording."""
     scale = values[RECORDING]
     for j in range(BLOCK):
-        unscaled = read(table, RECORD_ROW, j)
+        unscaled = read(table, RECORD_ROW, j) * read(table, _KEPT_ROW, j)
         record = scale * unscaled
         mobility, response = record * read(table, MOBILITY_ROW, j), read(table, CONTROL_ROW, j) * inverse(record)
         write(table, RECORD_ROW, j, record)
@@ -343,6 +375,8 @@ class Scratch(NamedTuple):
     """Relative stiffness, its derivative to the loss factor, and addition to the shunt admittance of every line."""
     factors: Floats
     """Further factors of recording, control and drive."""
+    folded: Complex
+    """(2, BLOCK) what the readings of held control fold, rad/(N m s): those of the control, and the recorded ones."""
 
 
 @compiled
@@ -354,7 +388,8 @@ def new_scratch(structure: Structure, quantities: int) -> Scratch:
         factors[2 * factor * BLOCK : (2 * factor + 1) * BLOCK] = 1.0
     kept = np.empty((structure.line_of.size + 1, _KEPT))
     slopes, of_control = np.empty(2 * BLOCK * quantities), np.zeros(2 * BLOCK * TOP_DRIVE)
-    return Scratch(np.empty(_TABLE), kept, slopes, of_control, of_lines, factors)
+    folded = np.zeros((2, BLOCK), dtype=np.complex128)
+    return Scratch(np.empty(_TABLE), kept, slopes, of_control, of_lines, factors, folded)
 
 
 @compiled
@@ -380,7 +415,8 @@ def respond(
     with_slopes : whether derivatives are needed; except to the recording's quantities, they are those before recording
     """
     share, lines = 1.0 / structure.parts, COURSE + structure.parts
-    table, kept, slopes, of_control, of_lines, factors = scratch
+    table, kept, slopes, of_control, of_lines, factors, folded = scratch
+    _fold(values, constants, structure, omega, folded)
     _drive(values, constants, omega, factors, table)
     if structure.filter_order > 0:
         _filter(values, structure, omega, table)
@@ -390,7 +426,7 @@ def respond(
     slopes[:] = 0.0
     for part in range(structure.parts):
         _upwards(values, structure, part, omega, of_lines, table, kept)
-        _top(values[TOP_DRIVE], share, omega, table, slopes[2 * BLOCK * TOP_DRIVE :])
+        _top(values[TOP_DRIVE], share, omega, folded, table, slopes[2 * BLOCK * TOP_DRIVE :])
         if with_slopes:
             _downwards(values, structure, part, omega, table, kept, slopes)
     if with_slopes:

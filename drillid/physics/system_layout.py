@@ -15,9 +15,12 @@ factor, density and shear modulus of every line follow, then length and polar mo
 RECORD_FACTOR, CONTROL_FACTOR, DRIVE_FACTOR = CONTROL - 1, TOP_DRIVE - 1, MOTOR - 1
 """The further factors: curves of frequency, so that their places in a row of numbers are empty."""
 PER_LINE, PER_SECTION = 6, 2
-FIXED = 6
+HELD = 6
+"""Where the constants of held control begin."""
+FIXED = HELD + 5
 """Number of constants before those of the lines: compensated inertia, the filter of its compensation, fourth and fifth
-cumulant of the drive's delay, and the same of the recording's clock."""
+cumulant of the drive's delay, and the same of the recording's clock; of held control the interval, 0 without it, what
+it adds to the variances of delay and clock, and the variances of jitter of drive and clock."""
 FIXED_PER_LINE = 1
 """Reference frequency of the loss factor."""
 

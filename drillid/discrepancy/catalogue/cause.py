@@ -8,14 +8,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from drillid.arrays import Complex
 from drillid.discrepancy.detectors.detector import Detector
 from drillid.discrepancy.rules import BOUND_REACHED
-from drillid.physics.dual_numbers import vanishes
+from drillid.physics.dual_numbers import primal, vanishes
 from drillid.physics.equipment import Controller, DrillingSystem, Section, TopDrive
-from drillid.physics.held_control import Filters, read_and_kept
-from drillid.physics.responses import command_mobility
+from drillid.physics.held_control import Filters, Held, read_and_kept
+from drillid.physics.responses import command_mobility, string_admittance
 from drillid.physics.sensor import Recording
-from drillid.physics.top_drive import control
+from drillid.physics.top_drive import control, drive
 
 
 @dataclass(frozen=True)
@@ -29,31 +30,55 @@ class WindowModel:
     """N m s/rad, deviation of the damping at the bit from its mean in successive, equally long parts of the window."""
     control_interval: Any = 0.0
     """s, at which the control samples and holds; 0 where it is continuous."""
+    folding: Held | None = None
+    """What its holding folds into readings, once `held` has put its cumulants into the system."""
 
     def mobility(self, s: Any) -> Any:
         """Recorded speed per sweep torque in the mean over the window, rad/(N m s)."""
         held = self.held()
-        first, *further = (command_mobility(held._with_bit_damping(more), s) for more in self.course)
-        return held.recording.transfer(s) * (sum(further, first) / len(self.course) if further else first)
+        parts = [held._with_bit_damping(more) for more in self.course]
+        if held.folding is None:
+            return held.recording.transfer(s) * _mean([command_mobility(part, s) for part in parts])
+        images = held._images(s)
+        return held._kept(s, images) * _mean([_folded_mobility(part, s, held.folding, images[0]) for part in parts])
 
     def control(self, s: Any) -> Any:
         """Response of the speed control: torque opposing the speed per recorded speed, N m s/rad."""
         held = self.held()
-        return control(held.system.top_drive.controller, s) / held.recording.transfer(s)
+        response = control(held.system.top_drive.controller, s)
+        return response / (held.recording.transfer(s) if held.folding is None else held._kept(s, held._images(s)))
+
+    def _images(self, s: Complex) -> tuple[Complex, Complex]:
+        """What readings and recorded readings fold, relative to the drive's torque, rad/(N m s)."""
+        assert self.folding is not None
+        pipe = self.system.string[0]
+        return self.folding.images(s, self.system.top_drive.inertia, pipe.characteristic_admittance)
+
+    def _kept(self, s: Complex, images: tuple[Complex, Complex]) -> Any:
+        """Recorded speed per speed that the control reads."""
+        assert self.folding is not None
+        read, kept = images
+        loads = [primal(_load(self._with_bit_damping(more), s)) for more in self.course]
+        ratio = _mean([(1 + kept * load) / (1 + read * load) for load in loads])
+        return self.recording.transfer(s) * self.folding.record(s) * ratio
 
     def held(self) -> WindowModel:
-        """The same with continuous control, its holding replaced by what this adds to delays of drive and recording."""
+        """The same with continuous control, its holding replaced by what this adds to delays of drive and recording, and
+        by what is folded beyond these.
+        """
         interval = self.control_interval
         if vanishes(interval):
             return self
         top_drive, recording = self.system.top_drive, self.recording
-        read, later = read_and_kept(interval, top_drive.delay, recording.clock_offset, self._filters())
+        arguments = interval, top_drive.delay, recording.clock_offset, self._filters()
+        read, later = read_and_kept(*arguments)
+        folding = Held.of(*arguments, (read, later)) if top_drive.controller.matching is None else None
         variance = top_drive.hold_variance + read[0]
         top_drive = replace(top_drive, hold_variance=variance, hold_skewness=read[1], hold_higher=read[2:])
         variance = recording.hold_variance + later[0]
         recording = replace(recording, hold_variance=variance, hold_skewness=later[1], hold_higher=later[2:])
         system = replace(self.system, top_drive=top_drive)
-        return replace(self, system=system, recording=recording, control_interval=0.0)
+        return replace(self, system=system, recording=recording, control_interval=0.0, folding=folding)
 
     def _filters(self) -> Filters:
         top_drive, recording = self.system.top_drive, self.recording
@@ -93,6 +118,25 @@ class WindowModel:
     def with_string(self, *sections: Section) -> WindowModel:
         """The same with another string."""
         return replace(self, system=replace(self.system, string=sections))
+
+
+def _mean(values: Sequence[Any]) -> Any:
+    first, *further = values
+    return sum(further, first) / len(values) if further else first
+
+
+def _load(system: DrillingSystem, s: Complex) -> Any:
+    """Torque per speed of top drive and string, N m s/rad; derivatives to the inertia are left out, as what is folded
+    is relative to it.
+    """
+    return primal(system.top_drive.inertia) * s + string_admittance(system, s)
+
+
+def _folded_mobility(system: DrillingSystem, s: Complex, held: Held, images: Complex) -> Any:
+    """Speed that the control reads per sweep torque, rad/(N m s)."""
+    driven = drive(system.top_drive, s) * held.drive(s) * (1 + images * _load(system, s))
+    loop = driven * control(system.top_drive.controller, s)
+    return driven / (system.top_drive.inertia * s + string_admittance(system, s) + loop)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from drillid.discrepancy.catalogue import WindowModel
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.control_errors import control_errors
 from drillid.discrepancy.inference.rows import Linearised, Products, products_of, weighted
-from drillid.physics.compiled_system import compiled_system, data_of
+from drillid.physics.compiled_system import CompiledSystem, compiled_system, data_of
 from drillid.physics.responses import laplace
 from drillid.physics.system_products import Data
 from drillid.physics.top_drive import control
@@ -70,7 +70,7 @@ class MeasuredRows:
     def linearised(self, window_model: WindowModel, coordinates: int) -> Linearised:
         """Whitened residuals of a model of all windows, and its derivatives with respect to so many coordinates."""
         window_model = window_model.held()
-        compiled = compiled_system(window_model.system, window_model.recording, window_model.course)
+        compiled = _compiled(window_model)
         if compiled is not None:
             return Linearised(*compiled.whitened(self._data, coordinates))
         pieces = [weighted(window_model.mobility(self.s), self.evidence.mobility, self.weight, coordinates)]
@@ -84,7 +84,7 @@ class MeasuredRows:
     def products(self, window_model: WindowModel, coordinates: int, windows: Indices | None = None) -> Products:
         """Sums over the rows of products of residuals and derivatives; of some windows only where these are given."""
         window_model = window_model.held()
-        compiled = compiled_system(window_model.system, window_model.recording, window_model.course)
+        compiled = _compiled(window_model)
         if compiled is None:
             return products_of(self.linearised(window_model, coordinates), self.s.size)
         chosen = self._with_data if windows is None else windows
@@ -129,3 +129,7 @@ class MeasuredRows:
             rows = np.flatnonzero(weight[:, lines].any(axis=0))
             measured, weight = evidence.control.take(lines[rows], axis=1), weight[:, lines[rows]]
         return data_of(*mobilities, rows, measured, weight)
+
+
+def _compiled(held: WindowModel) -> CompiledSystem | None:
+    return compiled_system(held.system, held.recording, held.course, held.folding)

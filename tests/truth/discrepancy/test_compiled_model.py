@@ -85,7 +85,8 @@ def both_ways(model: WindowModel, count: int) -> list[tuple[Complex, Complex]]:
         residuals.append((data - getattr(response, "value", response)) * of_data)
         tangents = response.full_tangents() if isinstance(response, Dual) else np.zeros((count, 1, 1))
         slopes.append(np.broadcast_to(np.moveaxis(tangents * of_data, 0, 1), (WINDOWS, count, data.shape[1])))
-    compiled = compiled_system(model.system, model.recording, model.course)
+    held = model.held()
+    compiled = compiled_system(held.system, held.recording, held.course, held.folding)
     assert compiled is not None
     data = data_of(FREQUENCY, mobility, weight, ROWS, control, control_weight)
     composed = np.concatenate(residuals, axis=-1), np.concatenate(slopes, axis=-1)
@@ -115,6 +116,26 @@ def test_parts_that_no_cause_brings_are_computed_exactly() -> None:
     bit = replace(base.system.bit, cutting=laws)
     recording = replace(base.recording, scale=-1.1 * (1 + c[4]), filter_frequency=9 * (1 + c[5]), filter_order=3)
     assert_alike(WindowModel(replace(base.system, motor=motor, bit=bit), recording), SHARED)
+
+
+@pytest.mark.parametrize("filtered", [False, True])
+@pytest.mark.parametrize("parts", [1, 3])
+def test_held_control_is_computed_alike(filtered: bool, parts: int) -> None:
+    *c, interval = coordinates(SHARED + 1)
+    model = window_model(c)
+    top_drive = replace(
+        model.system.top_drive, hold_variance=1e-6 * (1 + c[8]), hold_skewness=0.0, hold_higher=(0.0, 0.0)
+    )
+    recording = Recording(clock_offset=0.01 * (1 + c[11]), hold_variance=1e-6 * (1 + c[11]))
+    if filtered:
+        top_drive = replace(top_drive, lag=0.004 * (1 + c[8]))
+        recording = replace(recording, filter_frequency=9 * (1 + c[5]), filter_order=3)
+    else:
+        controller = replace(top_drive.controller, speed_filter=0.0)
+        top_drive = replace(top_drive, delay_jitter=0.0, controller=controller)
+    system = replace(model.system, top_drive=top_drive)
+    held = WindowModel(system, recording, control_interval=0.03 * (1 + interval))
+    assert_alike(held.with_course([20.0 * part * (1 + c[10]) for part in range(parts)]), SHARED + 1)
 
 
 def test_without_coordinates_there_are_residuals_alone() -> None:
