@@ -223,7 +223,7 @@ def _held_constants(held: Held | None) -> list[Any]:
     if held is None:
         return [0.0] * (FIXED - HELD)
     *_, jitter, clock_jitter, _ = held.quantities
-    return [held.quantities[0], held.read[0], held.later[0], jitter, clock_jitter]
+    return [held.interval, held.read[0], held.later[0], jitter, clock_jitter]
 
 
 def _has_known_parts(system: DrillingSystem, recording: Recording) -> bool:

@@ -117,9 +117,14 @@ class Held:
         quantities = tuple(primal(each) for each in (interval, delay, offset, *filters[:-1]))
         return cls(quantities, filters.order, read, later)
 
+    @property
+    def interval(self) -> Any:
+        """Of the control, s."""
+        return self.quantities[0]
+
     def drive(self, s: Complex) -> Complex:
         """Response of a command held for an interval, about its mean delay, over that of the cumulants."""
-        half = 0.5 * s * self.quantities[0]
+        half = 0.5 * s * self.interval
         return np.asarray(np.sinh(half) / half / np.exp(_logarithm(s, self.read)), dtype=complex)
 
     def record(self, s: Complex) -> Complex:

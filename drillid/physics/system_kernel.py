@@ -15,7 +15,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats
 from drillid.physics.images_kernel import images
-from drillid.physics.kernel import BLOCK, compiled, falling, inverse, read, root, through_section, write
+from drillid.physics.kernel import BLOCK, compiled, falling, inlined, inverse, read, root, through_section, write
 from drillid.physics.system_layout import (
     BIT,
     CONTROL,
@@ -50,6 +50,12 @@ _STIFFNESS, _BY_LOSS, _SHUNT = 0, 1, 2
 _OF_LINE = 2 * 3 * BLOCK
 
 
+@inlined
+def _computed(omega: float, half: float) -> float:
+    """Angular frequency at which a computer's trapezoidal rule evaluates the control; half of its interval, or 0."""
+    return math.tan(omega * half) / half if half > 0 else omega
+
+
 @compiled
 def _drive(values: Floats, constants: Floats, omega: Floats, factors: Floats, table: Floats) -> None:
     """Drive, control and clock of the recording, and the steps of a held command."""
@@ -61,14 +67,14 @@ def _drive(values: Floats, constants: Floats, omega: Floats, factors: Floats, ta
     of_delay, of_clock = cumulants * values[TOP_DRIVE + 5] / 6, cumulants * values[RECORDING + 4] / 6
     compensated, compensation_filter = constants[0], constants[1]
     for j in range(BLOCK):
-        s = complex(0.0, omega[j])
-        compensation = compensated * s * inverse(1.0 + compensation_filter * s)
-        filters = inverse(1.0 + speed_filter * s) * inverse(1.0 + torque_filter * s)
+        s, computed = complex(0.0, omega[j]), complex(0.0, _computed(omega[j], half))
+        compensation = compensated * computed * inverse(1.0 + compensation_filter * computed)
+        filters = inverse(1.0 + speed_filter * s) * inverse(1.0 + torque_filter * computed)
         square, cube = 0.5 * omega[j] * omega[j], omega[j] * omega[j] * omega[j]
         fourth, fifth = cumulants * square * square / 6.0, cumulants * cube * square / 60.0
         turned = delay * omega[j] - of_delay * cube + constants[3] * fifth
         delayed = falling(complex(square * variance - constants[2] * fourth, turned))
-        response = (complex(proportional, -integral / omega[j]) - compensation) * filters
+        response = (complex(proportional, -integral / computed.imag) - compensation) * filters
         write(table, CONTROL_ROW, j, response * read(factors, 1, j))
         write(table, _DRIVE, j, gain * delayed * inverse(1.0 + lag * s) * read(factors, 2, j))
         turned = offset * omega[j] - of_clock * cube + constants[5] * fifth
@@ -261,7 +267,7 @@ def _down_bit(
 
 @compiled
 def _down_drive(
-    values: Floats, omega: Floats, factors: Floats, table: Floats, slopes: Floats, of_control: Floats
+    values: Floats, half: float, omega: Floats, factors: Floats, table: Floats, slopes: Floats, of_control: Floats
 ) -> None:
     """Derivatives to the quantities of drive and control; those of the control's own response beside them."""
     gain, lag = values[TOP_DRIVE + 3], values[TOP_DRIVE + 4]
@@ -275,17 +281,18 @@ def _down_drive(
         write(slopes, TOP_DRIVE + 4, j, -s * to_drive * inverse(1.0 + lag * s))
         write(slopes, TOP_DRIVE + 5, j, -s * s * s * to_drive * (1.0 / 6.0))
         write(slopes, DRIVE_FACTOR, j, to_drive)
-        on_speed, on_torque = inverse(1.0 + speed_filter * s), inverse(1.0 + torque_filter * s)
-        filters, per_s = on_speed * on_torque * read(factors, 1, j), complex(0.0, -1.0 / omega[j])
+        computed = complex(0.0, _computed(omega[j], half))
+        on_speed, on_torque = inverse(1.0 + speed_filter * s), inverse(1.0 + torque_filter * computed)
+        filters, per_s = on_speed * on_torque * read(factors, 1, j), complex(0.0, -1.0 / computed.imag)
         write(of_control, CONTROL, j, filters)
         write(of_control, CONTROL + 1, j, filters * per_s)
         write(of_control, CONTROL + 2, j, -s * response * on_speed)
-        write(of_control, CONTROL + 3, j, -s * response * on_torque)
+        write(of_control, CONTROL + 3, j, -computed * response * on_torque)
         write(of_control, CONTROL_FACTOR, j, response)
         write(slopes, CONTROL, j, to_control * filters)
         write(slopes, CONTROL + 1, j, to_control * filters * per_s)
         write(slopes, CONTROL + 2, j, -to_control * s * response * on_speed)
-        write(slopes, CONTROL + 3, j, -to_control * s * response * on_torque)
+        write(slopes, CONTROL + 3, j, -to_control * computed * response * on_torque)
         write(slopes, CONTROL_FACTOR, j, to_control * response)
 
 
@@ -433,5 +440,5 @@ def respond(
         for line in range(structure.lines):
             to_line = slopes[2 * BLOCK * (lines + PER_LINE * line) :]
             _down_laws(values[lines + PER_LINE * line + 5], omega, of_lines[line], to_line)
-        _down_drive(values, omega, factors, table, slopes, of_control)
+        _down_drive(values, 0.5 * constants[HELD], omega, factors, table, slopes, of_control)
     _recorded(values, structure.filter_order > 0, omega, table, slopes, of_control)

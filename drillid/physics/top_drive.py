@@ -14,13 +14,21 @@ from drillid.physics.equipment import Controller, ImpedanceMatching, TopDrive
 from drillid.physics.held_control import held_logarithm
 
 
-def control(controller: Controller, s: Complex) -> Complex:
+def control(controller: Controller, s: Complex, interval: Any = 0.0) -> Complex:
     """A E H (N m s/rad): reduction of the torque command per speed, without feedback of the string's torque.
 
     A = P + I/s − J_c s/(1 + s τ_c): P, PI, or PI with inertia compensation (Kyllingstad and Nessjøen 2009,
     SPE/IADC 119660).
+
+    Parameters
+    ----------
+    interval : s, at which a computer evaluates A E by the trapezoidal rule, s → 2/h tanh(sh/2) (Åström and Wittenmark
+        1997, Computer-Controlled Systems, chapter 8); other rules for the integral differ by a multiple of I h/2 in P.
+        H, before the reading, is analogue. 0 where control is continuous.
     """
-    filtered: Complex = _unfiltered(controller, s) / (1 + s * controller.speed_filter)
+    half = 0.5 * interval
+    computed = np.tanh(s * half) / half if np.any(half) else s
+    filtered: Complex = _unfiltered(controller, computed) / (1 + s * controller.speed_filter)
     return filtered
 
 

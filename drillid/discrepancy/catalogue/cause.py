@@ -45,8 +45,10 @@ class WindowModel:
     def control(self, s: Any) -> Any:
         """Response of the speed control: torque opposing the speed per recorded speed, N m s/rad."""
         held = self.held()
-        response = control(held.system.top_drive.controller, s)
-        return response / (held.recording.transfer(s) if held.folding is None else held._kept(s, held._images(s)))
+        controller = held.system.top_drive.controller
+        if held.folding is None:
+            return control(controller, s) / held.recording.transfer(s)
+        return control(controller, s, held.folding.interval) / held._kept(s, held._images(s))
 
     def _images(self, s: Complex) -> tuple[Complex, Complex]:
         """What readings and recorded readings fold, relative to the drive's torque, rad/(N m s)."""
@@ -135,7 +137,7 @@ def _load(system: DrillingSystem, s: Complex) -> Any:
 def _folded_mobility(system: DrillingSystem, s: Complex, held: Held, images: Complex) -> Any:
     """Speed that the control reads per sweep torque, rad/(N m s)."""
     driven = drive(system.top_drive, s) * held.drive(s) * (1 + images * _load(system, s))
-    loop = driven * control(system.top_drive.controller, s)
+    loop = driven * control(system.top_drive.controller, s, held.interval)
     return driven / (system.top_drive.inertia * s + string_admittance(system, s) + loop)
 
 
