@@ -221,7 +221,7 @@ def regular_record(
     LogError
         If the log cannot be read or placed on a grid.
     """
-    raw = joined(read_channels(path, rig, slow.channels), slow, path)
+    raw = joined(read_channels(path, rig, slow.channels).in_whole_rows(path.name), slow, path)
     log, columns, stated = raw.channels, raw.columns, rig.for_log(path).time.sample_rate
     rate, anchor = (before.rate, before.time) if before else (stated, None)
     ticks = place_rows(raw.stamps, log["torque_sweep"], log["speed"], rate, anchor, str(path))
@@ -256,7 +256,7 @@ def _placed(log: dict[str, Array], ticks: Ticks, grid: Grid, path: Path) -> list
     """Omit channels with hardly any value on the grid, and note them."""
     notes = []
     for name in list(log):
-        if np.sum(np.isfinite(log[name][ticks.rows[grid.first]])) < FEWEST_ROWS:
+        if np.sum(np.isfinite(grid.first_values(log[name][ticks.rows]))) < FEWEST_ROWS:
             if name in REQUIRED_CHANNELS:
                 what = f"fewer than {FEWEST_ROWS} values of {name} are left once repeated rows are taken out"
                 raise LogError(str(path), what, "Export the log again")
