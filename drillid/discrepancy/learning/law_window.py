@@ -12,6 +12,7 @@ from drillid.discrepancy.catalogue import WindowModel
 from drillid.physics.nonlinear import NonlinearRig
 from drillid.physics.responses import laplace
 from drillid.simulation.simulate import simulate
+from drillid.spectra.periodic import whole_periods
 
 RATE = 50.0
 """Hz, of simulated samples."""
@@ -63,7 +64,7 @@ class LawWindow:
         period : s, of the sweep
         band : Hz, in which harmonics are compared
         """
-        whole = int(channels[0].size / rate / period) if period > 0 else 0
+        whole = whole_periods(channels[0].size, rate, period) if period > 0 else 0
         if whole < _LEAST_PERIODS or not np.isfinite(channels).all():
             return None
         samples = round(period * RATE)
