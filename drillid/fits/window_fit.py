@@ -67,6 +67,11 @@ class Measured:
         """Number of frequencies without any noise, which no fit can weigh."""
         return int(np.count_nonzero(self.variance <= 0))
 
+    @property
+    def informs(self) -> bool:
+        """Whether there are frequencies, all of them with noise."""
+        return self.frequency.size > 0 and not self.noiseless
+
 
 @dataclass(frozen=True)
 class Prior:

@@ -45,7 +45,7 @@ class Windows:
         self.share = np.ones(self.bit_depth.size) if share is None else share
         prior = replace(Prior.silent(), gains=self.gains)
         self._data = [
-            _data(each, equipment, prior) if each.frequency.size and not each.noiseless else None
+            _data(each, equipment, prior) if each.informs else None
             for each, equipment in zip(measured, known, strict=True)
         ]
 
