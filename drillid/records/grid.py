@@ -156,7 +156,8 @@ def clock_notes(ticks: Ticks, grid: Grid) -> list[Note]:
         notes.append((what, "Check the recorder if this recurs"))
     duplicates = int(ticks.repeated.size + np.sum(~grid.first))
     if duplicates:
-        notes.append((f"{duplicates} rows repeat the time of another row; the first value of each channel is used", CHECK_RECORDER))
+        what = f"{duplicates} rows repeat the time of another row; the first value of each channel is used"
+        notes.append((what, CHECK_RECORDER))
     return [*notes, *_step_notes(ticks, grid)]
 
 
