@@ -36,7 +36,7 @@ class LawWindow:
     mean_speed: float
     """rad/s."""
     mean_torque: float
-    """N m, of the command; 0 where it is not known."""
+    """N m, of the command; 0 where it is not known, so that torques are about their mean."""
     row: int
     """Row of the window in its set."""
     s: Complex

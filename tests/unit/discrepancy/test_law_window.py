@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from drillid.discrepancy.learning.law_kinds import CouplingLaw
+from drillid.discrepancy.learning.law_spline import LawSpline
 from drillid.discrepancy.learning.law_window import LawWindow
 
 
@@ -16,3 +18,10 @@ def test_every_whole_period_of_the_record_counts() -> None:
     window = LawWindow.of(no_model, (sweep, speed), rate, samples / rate, (0.05, 3.0))
     assert window is not None
     assert abs(window.mean_speed - speed.mean()) < 0.01
+
+
+def test_a_coupling_whose_mean_torque_is_not_logged_has_a_range_about_its_mean() -> None:
+    knots = np.array([0.0])
+    about_mean, logged = (LawSpline(knots, knots, low, low + 800.0) for low in (-400.0, 9600.0))
+    assert "from -0.4 to 0.4 kN m about its mean, a cubic spline" in CouplingLaw(at=0.5).words("1", about_mean)
+    assert "from 9.6 to 10.4 kN m, a cubic spline" in CouplingLaw(at=0.5).words("1", logged)
