@@ -58,7 +58,7 @@ class DatasetSchema:
             raise DatasetError(
                 self.title,
                 f"variables missing: {sorted(missing)}, undeclared: {sorted(map(str, undeclared))}",
-                "Make the dataset and its schema in drillid/datasets/identified.py agree",
+                "Make the dataset and its schema in drillid/datasets agree",
             )
         import xarray as xr
 
@@ -70,7 +70,7 @@ class DatasetSchema:
                 raise DatasetError(
                     f"{self.title}, variable {name}",
                     f"dimensions are {variable.dims}, declared are {declared.dims}",
-                    "Make the dataset and its schema in drillid/datasets/identified.py agree",
+                    "Make the dataset and its schema in drillid/datasets agree",
                 )
             kept = {} if declared.dtype.startswith("datetime") else declared.attributes()
             kept = kept or {"long_name": declared.long_name}

@@ -130,7 +130,10 @@ EXAMINATIONS = DatasetSchema(
                 "torque of the control at that error beyond its gains; NaN where no such law is offered",
             ),
             control_torque_error=("N m", "standard error of that torque"),
-            coupling_torque=("N m", "torque at which the learnt law of a coupling is drawn"),
+            coupling_torque=(
+                "N m",
+                "torque at which the learnt law of a coupling is drawn; about its mean where no command is logged",
+            ),
             coupling_twist=("rad", "twist at that torque less its linear part; NaN where no such law is offered"),
             coupling_error=("rad", "standard error of that twist"),
         ),

@@ -73,7 +73,8 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     folders.write("fits", "joint", joint)
     ends = zip(stacks["first_window"].values, stacks["last_window"].values, strict=True)
     stacked = [np.flatnonzero((numbers >= first) & (numbers <= last)) for first, last in ends]
-    stack_fits = completed_fits("stack_fits", stacks, stacks["hole_depth"].values, stacked, "stack")
+    stack_depth = np.array([bit_depth[windows].mean() for windows in stacked])
+    stack_fits = completed_fits("stack_fits", stacks, stack_depth, stacked, "stack")
     coordinates = {name: stacks[name] for name in ("stack", "hole_depth", "first_window", "last_window")}
     folders.write("fits", "stack_fits", stack_fits.assign_coords(coordinates), **control)
     reasons = fits["reason"].values

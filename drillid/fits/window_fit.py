@@ -62,6 +62,16 @@ class Measured:
         """One over the deviation of real and imaginary part, the variance's own uncertainty included."""
         return np.sqrt(2 / (self.variance * expected_ratio(self.degrees_of_freedom)))
 
+    @property
+    def noiseless(self) -> int:
+        """Number of frequencies without any noise, which no fit can weigh."""
+        return int(np.count_nonzero(self.variance <= 0))
+
+    @property
+    def informs(self) -> bool:
+        """Whether there are frequencies, all of them with noise."""
+        return self.frequency.size > 0 and not self.noiseless
+
 
 @dataclass(frozen=True)
 class Prior:
@@ -137,9 +147,10 @@ def fit(measured: Measured, known: KnownEquipment, prior: Prior, settings: FitsS
         return Fit.refused(
             f"only {measured.frequency.size} frequencies passed the gate, of {_LEAST_FREQUENCIES} needed"
         )
-    silent = int(np.count_nonzero(measured.variance <= 0))
-    if silent:
-        return Fit.refused(f"{silent} frequencies have no noise at all, as where the recorded speed stands still")
+    if measured.noiseless:
+        return Fit.refused(
+            f"{measured.noiseless} frequencies have no noise at all, as where the recorded speed stands still"
+        )
     data = likelihood(measured, known, prior)
     points, costs = optima(data, measured, known, prior, settings.starts)
     return _judge(data, measured, known, prior, points, costs, settings)

@@ -9,19 +9,18 @@ from __future__ import annotations
 import datetime
 import itertools
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import drillid
-from drillid.config.listing import Listing
-from drillid.config.sheets import read_sheets
+from drillid.config.sheets import read_sheets, read_start_ups
 from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
 from drillid.fleet.explain import inputs_behind, inputs_of
 from drillid.fleet.manifest import KEY, stored, write_whole
 from drillid.fleet.provenance import numerical_versions
-from drillid.fleet.stages import STAGES
+from drillid.fleet.stages import STAGES, START_UPS
 
 if TYPE_CHECKING:
     from drillid.config.settings import Settings
@@ -84,14 +83,19 @@ def write_crate(settings: Settings, results: Path, wells: Sequence[str], workflo
     SettingsError
         If a sheet cannot be read.
     """
-    listings = read_sheets(settings)
-    sheets = inputs_of([Path(settings.wells), Path(settings.logs)])
-    inputs = {entity["@id"]: entity for entity in (_file(path, digest) for path, (_, digest) in sheets.items())}
+    listings, start_ups = read_sheets(settings), read_start_ups(settings)
+    sheets = [settings.wells, settings.logs, *filter(None, [settings.start_up_sheet])]
+    behind = {path: digest for path, (_, digest) in inputs_of(list(map(Path, sheets))).items()}
     made = [{"@id": name, "@type": _kind(name), "name": meaning} for name, meaning in TABLES.items()]
     for well in wells:
-        behind = inputs_behind(WellFolders(results, well))
-        inputs |= {entity["@id"]: entity for entity in itertools.starmap(_file, behind.items())}
-        made += _of_well(listings[well], WellFolders(results, well))
+        folders = WellFolders(results, well)
+        behind |= inputs_behind(folders)
+        made += _of_well(f"the well {listings[well].name}", folders, STAGES)
+    for start_up, listing in start_ups.items():
+        folders = WellFolders(results, start_up)
+        behind |= inputs_behind(folders, START_UPS.name)
+        made += _of_well(f"the start of rotation {listing.name}", folders, [START_UPS.name])
+    inputs = {entity["@id"]: entity for entity in itertools.starmap(_file, behind.items())}
     content = [*_crate(settings, results, workflow, list(inputs.values()), made), *inputs.values(), *made]
     context = "https://w3id.org/ro/crate/1.1/context"
     write_whole(results / CRATE, json.dumps({"@context": context, "@graph": content}, indent=1, ensure_ascii=False))
@@ -159,14 +163,14 @@ def _crate(settings: Settings, results: Path, workflow: Path, inputs: list[Entit
     ]
 
 
-def _of_well(listing: Listing, folders: WellFolders) -> list[Entity]:
-    """A well's folder of each stage, with the keys of what it was made from."""
-    keys = {stage: stored(folders.stage(stage)) for stage in STAGES}
+def _of_well(called: str, folders: WellFolders, stages: Iterable[str]) -> list[Entity]:
+    """The folder of a well, or start of rotation, of each stage, with the keys of what it was made from."""
+    keys = {stage: stored(folders.stage(stage)) for stage in stages}
     return [
         {
             "@id": f"{stage}/{folders.well}/",
             "@type": "Dataset",
-            "name": f"{stage} of the well {listing.name}",
+            "name": f"{stage} of {called}",
             "identifier": key["key"],
             "version": key["source"],
         }

@@ -22,6 +22,8 @@ from drillid.formats.remote import states as remote_states
 
 _INPUTS = ".inputs.json"
 """Not a result: it may differ between runs that give the same results."""
+_FIRST = next(name for name, stage in STAGES.items() if not stage.reads)
+"""The stage that reads the logs of wells."""
 _SETTLED_S = 2.0
 """Age beyond which any later change of a file shows in its modification time."""
 
@@ -70,9 +72,13 @@ def _local_state(path: Path) -> str:
     return f"{status.st_size} {status.st_mtime_ns} {status.st_ino}" if settled else ""
 
 
-def inputs_behind(folders: WellFolders) -> dict[str, str]:
-    """SHA-256 of the rig description and the logs behind a well's results, by path; empty before any stage has run."""
-    first = next(name for name, stage in STAGES.items() if not stage.reads)
+def inputs_behind(folders: WellFolders, first: str = _FIRST) -> dict[str, str]:
+    """SHA-256 of the rig description and the logs behind a well's results, by path; empty before any stage has run.
+
+    Parameters
+    ----------
+    first : the stage that reads them
+    """
     found = stored(folders.stage(first)).get("inputs", {})
     return found if isinstance(found, dict) else {}
 

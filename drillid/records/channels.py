@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from drillid.records.grid import Note
 from drillid.records.mapping import MappedColumn, Mapping, mapped
 from drillid.records.order import FIRST_YEAR, LAST_YEAR, outside_years, stray
 from drillid.records.plausibility import possible_values
+from drillid.records.shared_stamps import differing_note, first_values, one_by_one
 from drillid.units import to_si_factor
 
 FAST_CHANNELS: tuple[Channel, ...] = ("torque_command", "torque_sweep", "speed")
@@ -37,6 +38,19 @@ class RawChannels:
     channels: dict[str, Array]
     notes: list[Note]
     columns: dict[Channel, MappedColumn]
+
+    def in_whole_rows(self, log: str) -> RawChannels:
+        """The same with a row for each stamp, where rows that share one hold the fast channels one by one.
+
+        Parameters
+        ----------
+        log : name of the log
+        """
+        if not one_by_one(self.stamps, [self.channels[name] for name in FAST_CHANNELS if name in self.channels]):
+            return self
+        stamps, channels, differing = first_values(self.stamps, dict(self.channels))
+        notes = [differing_note(log, self.stamps, differing)] if differing else []
+        return replace(self, stamps=stamps, channels=channels, notes=[*self.notes, *notes])
 
 
 def read_channels(path: Path, rig: Rig, elsewhere: Collection[Channel] = ()) -> RawChannels:

@@ -11,10 +11,12 @@ from drillid.config.listing import Listing, StartUp
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
 from drillid.config.sheets import read_sheets, read_start_ups
+from drillid.datasets.store import Problem
 from drillid.errors import DrillidError
-from drillid.records.channels import read_channels
-from drillid.records.joining import LIST_APART, LIST_ONCE, SlowLogs, Source, joined, sources
+from drillid.records.grid import End
+from drillid.records.joining import LIST_APART, LIST_ONCE, SlowLogs, found_now, sources
 from drillid.records.placed_logs import distinct_names
+from drillid.records.stage import FAILS_THE_JOB, LogOnGrid, in_time_order, log_on_grid, refusal
 
 Place = TypeVar("Place")
 Content = TypeVar("Content")
@@ -33,7 +35,7 @@ class Finding:
     fails: bool = True
 
     @classmethod
-    def of(cls, error: DrillidError) -> Finding:
+    def of(cls, error: DrillidError | Problem) -> Finding:
         """The finding that an error stands for."""
         return cls(error.where, error.what, error.remedy)
 
@@ -148,12 +150,17 @@ def _well(
         return
     fast, slow = sources(listing.logs, rig)
     checked.logs += len(listing.logs)
+    starts, unread = in_time_order(fast, found_now)
+    yield from map(Finding.of, unread)
+    rigs_of, end = {source.path: source.rig for source in fast}, None
     times, commanded = list[tuple[int, int, Path]](), list[bool]()
-    for source in fast:
-        sound = yield from _log(source, slow)
+    for path in starts:
+        sound = yield from _log(path, rigs_of[path], end, slow)
         if sound is not None:
-            times.append((*sound[0], source.path))
-            commanded.append(sound[1])
+            times.append((*sound.span, path))
+            commanded.append("torque_command" in sound.channels)
+            own = End.of(sound.ticks)
+            end = own if end is None or own.time > end.time else end
     yield from _overlapping(times)
     spans = [(first, last) for first, last, _ in times]
     yield from (replace(Finding.of(error), fails=False) for error in slow.problems(spans))
@@ -180,16 +187,18 @@ def _overlapping(times: Sequence[tuple[int, int, Path]]) -> Iterator[Finding]:
         end, before = last, path
 
 
-def _log(source: Source, slow: SlowLogs) -> Generator[Finding, None, tuple[tuple[int, int], bool] | None]:
-    """Findings in one log: its table, its times, its channels and their units.
+def _log(path: Path, rig: Rig, end: End | None, slow: SlowLogs) -> Generator[Finding, None, LogOnGrid | None]:
+    """Findings in one log that follows the end of another: its table, its clock, its channels and their units.
 
-    Returns the first and last stamp (ns) of a sound log, and whether it holds the torque command.
+    Returns a sound log.
     """
     try:
-        raw = joined(read_channels(source.path, source.rig, slow.channels), slow, source.path)
-    except DrillidError as error:
-        yield Finding.of(error)
+        log = log_on_grid(path, rig, end, slow)
+    except FAILS_THE_JOB:
+        raise
+    except Exception as error:  # as in a run, one log must not take the others along
+        yield Finding.of(refusal(path, error))
         return None
-    for what, remedy in raw.notes:
-        yield Finding(str(source.path), what, remedy, fails=False)
-    return (int(raw.stamps.min()), int(raw.stamps.max())), "torque_command" in raw.channels
+    for what, remedy in log.notes:
+        yield Finding(str(path), what, remedy, fails=False)
+    return log

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from drillid.arrays import Booleans, Integers
+from drillid.arrays import Array, Booleans, Integers
 from drillid.datasets.codes import RecordFlag
 from drillid.errors import LogError
 from drillid.records.clock import Ticks
@@ -43,6 +43,7 @@ class Grid:
     size : number of samples
     position : sample of each row of `Ticks.rows`, shape (row,)
     first : whether a row is the first at its sample, shape (row,)
+    tick : of each sample, shape (time,)
     time : shape (time,)
     flags : repeated rows and steps of the clock, `RecordFlag`, shape (time,)
     omitted_gaps : gaps too long to be stored: the last sample before each, and its length in s
@@ -51,6 +52,7 @@ class Grid:
     size: int
     position: Integers
     first: Booleans
+    tick: Integers
     time: NDArray[np.datetime64]
     flags: NDArray[np.uint8]
     omitted_gaps: tuple[tuple[int, float], ...]
@@ -87,7 +89,13 @@ class Grid:
         flags[position[ticks.repeated]] |= np.uint8(RecordFlag.DUPLICATE)
         flags[position[[step.row for step in ticks.steps]]] |= np.uint8(RecordFlag.CLOCK_STEP)
         gaps = tuple((int(position[row]), float(skipped[row] / ticks.rate)) for row in np.flatnonzero(skipped))
-        return cls(size, position, first, ticks.times(tick), flags, gaps)
+        return cls(size, position, first, tick, ticks.times(tick), flags, gaps)
+
+    def first_values(self, rows: Array) -> Array:
+        """The first value of a channel, shape (row,), at each sample; NaN where it has none, shape (time,)."""
+        samples, known = np.full(self.size, np.nan, rows.dtype), np.flatnonzero(np.isfinite(rows))[::-1]
+        samples[self.position[known]] = rows[known]  # from the last row to the first, which stays
+        return samples
 
     def at(self, sample: int) -> str:
         """Time of a sample for messages."""
@@ -148,7 +156,8 @@ def clock_notes(ticks: Ticks, grid: Grid) -> list[Note]:
         notes.append((what, "Check the recorder if this recurs"))
     duplicates = int(ticks.repeated.size + np.sum(~grid.first))
     if duplicates:
-        notes.append((f"{duplicates} rows repeat the time of another row; the first of each is used", CHECK_RECORDER))
+        what = f"{duplicates} rows repeat the time of another row; the first value of each channel is used"
+        notes.append((what, CHECK_RECORDER))
     return [*notes, *_step_notes(ticks, grid)]
 
 

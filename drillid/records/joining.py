@@ -49,7 +49,8 @@ LIST_APART = "List logs that do not overlap"
 """Remedies for a log that earlier ones cover entirely, or in part."""
 
 
-def _found_now(_kind: str, _path: Path, find: Callable[[], Any]) -> Any:
+def found_now(_kind: str, _path: Path, find: Callable[[], Any]) -> Any:
+    """The finding where no earlier run is looked at."""
     return find()
 
 
@@ -120,7 +121,7 @@ class SlowLogs:
     channels : channels that any of them holds
     """
 
-    def __init__(self, sources: Sequence[Source] = (), known: Known = _found_now) -> None:
+    def __init__(self, sources: Sequence[Source] = (), known: Known = found_now) -> None:
         self.channels = frozenset(name for source in sources for name in source.channels)
         self._known = known
         self._logs = [_Slow(source) for source in sources]
@@ -174,7 +175,7 @@ class SlowLogs:
         return slow.log
 
 
-def sources(logs: Sequence[Path], rig: Rig, known: Known = _found_now) -> tuple[list[Source], SlowLogs]:
+def sources(logs: Sequence[Path], rig: Rig, known: Known = found_now) -> tuple[list[Source], SlowLogs]:
     """The logs that hold the sweep, one per file, and the slow ones, which hold other channels only.
 
     Without a sweep in any log, all are taken as fast ones, so that each is reported with what it lacks; so is one that

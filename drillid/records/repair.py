@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drillid.arrays import Array, Booleans, Floats
+from drillid.arrays import Array, Booleans, Floats, Integers
 from drillid.config.settings import RecordsSettings
 from drillid.datasets.codes import RecordFlag
 from drillid.records.channels import FAST_CHANNELS
@@ -30,19 +30,18 @@ class Repair:
 
     def channel(self, name: str, rows: Array) -> NDArray[np.float32]:
         """One channel's rows, shape (row,), as its samples, shape (time,); NaN where they are unknown."""
-        samples = np.full(self.grid.size, np.nan, rows.dtype)
-        samples[self.grid.position[self.grid.first]] = rows[self.grid.first]
+        samples = self.grid.first_values(rows)
         filled = self._fast(name, samples) if name in FAST_CHANNELS else self._slow(samples)
         return filled.astype(np.float32, copy=False)
 
     def _fast(self, name: str, samples: Array) -> Array:
         """Spikes and short holes replaced by a cubic spline through the good samples, long holes left as gaps."""
-        missing = np.isnan(samples)
-        spiky = spikes(_bridged(samples, missing), self.rate, self.settings.spike_error_rate) & ~missing
+        missing, tick = np.isnan(samples), self.grid.tick
+        spiky = spikes(_bridged(tick, samples, missing), self.rate, self.settings.spike_error_rate) & ~missing
         holes = missing | spiky
-        short = _short(holes, int(self.settings.interpolate_up_to_s * self.rate + 1e-9))
+        short = _short(tick, holes, int(self.settings.interpolate_up_to_s * self.rate + 1e-9))
         if np.any(short):
-            samples[short] = spline(np.flatnonzero(~holes), samples[~holes], np.flatnonzero(short))
+            samples[short] = spline(tick[~holes], samples[~holes], tick[short])
         samples[holes & ~short] = np.nan
         self._flag(spiky, RecordFlag.SPIKE)
         self._flag(short & ~spiky, RecordFlag.INTERPOLATED)
@@ -61,7 +60,7 @@ class Repair:
         known = np.flatnonzero(~missing)
         own = float(np.median(np.diff(known))) if known.size > 1 else 1.0
         longest = max(self.settings.interpolate_up_to_s * self.rate, _SLOW_HOLD * own)
-        filled = _bridged(samples, missing)
+        filled = _bridged(self.grid.tick, samples, missing)
         for first, stop in runs(missing):
             if stop - first > longest:
                 filled[first:stop] = np.nan
@@ -138,16 +137,17 @@ def spline(known: Array, values: Array, wanted: Array) -> Floats:
     return result
 
 
-def _bridged(samples: Array, missing: Booleans) -> Array:
-    """Samples with linear interpolation where they are missing, shape (time,)."""
-    whole, known = samples.copy(), np.flatnonzero(~missing)
-    whole[missing] = np.interp(np.flatnonzero(missing), known, samples[known])
+def _bridged(tick: Integers, samples: Array, missing: Booleans) -> Array:
+    """Samples at ticks with linear interpolation where they are missing, shape (time,)."""
+    whole = samples.copy()
+    whole[missing] = np.interp(tick[missing], tick[~missing], samples[~missing])
     return whole
 
 
-def _short(holes: Booleans, longest: int) -> Booleans:
-    """Holes of up to `longest` samples that have good samples on both sides, shape (time,)."""
+def _short(tick: Integers, holes: Booleans, longest: int) -> Booleans:
+    """Holes of up to `longest` ticks that have good samples on both sides, shape (time,)."""
     short = np.zeros_like(holes)
     for first, stop in runs(holes):
-        short[first:stop] = stop - first <= longest and first > 0 and stop < holes.size
+        if first > 0 and stop < holes.size:
+            short[first:stop] = tick[stop] - tick[first - 1] - 1 <= longest
     return short

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from drillid.arrays import Array, Booleans, Floats, Indices, Integers
@@ -53,6 +55,21 @@ def evenly(stamps: Integers, sweep: Floats, speed: Floats, repeats: Integers) ->
     since = place * (unit / np.repeat(slots, counts))
     _draw_lines(since, stamps, begins, counts, whole, unit / usual)
     return stamps + np.rint(since).astype(np.int64), usual
+
+
+def one_by_one(stamps: Integers, signals: Sequence[Array]) -> bool:
+    """Whether rows share stamps and no stamp has two values of a signal, so that its rows are one sample.
+
+    Parameters
+    ----------
+    stamps : ns, shape (row,), in the file's order
+    signals : NaN where a row has none, each of shape (row,)
+    """
+    steps = np.diff(stamps)
+    if np.any(steps < 0) or not np.any(steps == 0):
+        return False
+    begins = np.flatnonzero(np.concatenate([[True], steps > 0]))
+    return all(int(np.add.reduceat(np.isfinite(signal).astype(int), begins).max()) <= 1 for signal in signals)
 
 
 def shared_note(usual: int) -> tuple[str, str]:

@@ -33,11 +33,27 @@ if TYPE_CHECKING:
 
 _PIECE = 1_200_000
 """Number of samples written at once, a whole number of the store's chunks."""
-_FAILS_THE_JOB = (OSError, MemoryError)
+FAILS_THE_JOB = (OSError, MemoryError)
 """Faults of the machine that concern more than a log; readers turn those of reading a file into `LogError`."""
 _NO_SLOW_LOGS = SlowLogs()
 _RATE_TOLERANCE = 0.01
 """Largest relative deviation of the rate of a log's stamps from the nominal rate."""
+
+
+@dataclass(frozen=True)
+class LogOnGrid:
+    """One log whose rows have their places on a regular grid, and in which nothing is repaired yet.
+
+    channels : SI units, shape (row,), in the file's order
+    span : its first and its last stamp, ns since 1970 UTC
+    notes : what was decided and what is questionable (sentence, remedy)
+    """
+
+    channels: dict[str, Array]
+    ticks: Ticks
+    grid: Grid
+    span: tuple[int, int]
+    notes: tuple[Note, ...]
 
 
 @dataclass(frozen=True)
@@ -62,7 +78,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     memo, states = Memo(folders, "records"), file_states(well.logs)
     known = functools.partial(_known, memo, states)
     fast, slow = sources(well.logs, well.rig, known)
-    starts, problems = _in_time_order(fast, known)
+    starts, problems = in_time_order(fast, known)
     logs = _joined_states(starts, states, slow)
     rigs = {source.path: source.rig for source in fast}
     earlier, placed, end = EarlierLogs(folders, memo, logs), list[PlacedLog](), None
@@ -124,10 +140,10 @@ def _placed_log(
     try:
         record = regular_record(path, rig, settings, end, slow)
         samples, late = _after(record.samples, end, path)
-    except _FAILS_THE_JOB:
+    except FAILS_THE_JOB:
         raise
     except Exception as error:  # one log must not take the well's other logs along
-        problem = _refusal(path, error)
+        problem = refusal(path, error)
         again = problem.again or not isinstance(error, DrillidError)
         return PlacedLog(state, "", 0, 0, end, (problem,), again), None
     notes = tuple(Problem(path.name, what, remedy) for what, remedy in (*record.notes, *late))
@@ -144,16 +160,16 @@ def _logs_dataset(logs: Sequence[tuple[str, PlacedLog]]) -> xr.Dataset:
     return xr.Dataset({name: ("log", values) for name, values in columns.items()}, {"log": np.arange(len(logs))})
 
 
-def _in_time_order(logs: Sequence[Source], known: Known) -> tuple[dict[Path, int], list[Problem]]:
+def in_time_order(logs: Sequence[Source], known: Known) -> tuple[dict[Path, int], list[Problem]]:
     """First stamps (ns) of the logs in their order, and problems of those whose time cannot be read."""
     starts, problems = [], []
     for log in logs:
         try:
             starts.append((known("start", log.path, functools.partial(_start, log)), log.path))
-        except _FAILS_THE_JOB:
+        except FAILS_THE_JOB:
             raise
         except Exception as error:  # one log must not take the well's other logs along
-            problems.append(_refusal(log.path, error))
+            problems.append(refusal(log.path, error))
     return {path: start for start, path in sorted(starts)}, problems
 
 
@@ -162,7 +178,7 @@ def _start(log: Source) -> int:
     return int(first_stamp(log.path, *log.layout).astype("datetime64[ns]").astype(np.int64))
 
 
-def _refusal(path: Path, error: Exception) -> Problem:
+def refusal(path: Path, error: Exception) -> Problem:
     """The problem of a log that is not used; for an unforeseen error, with the place in the library."""
     if isinstance(error, DrillidError):
         return Problem.of(error)
@@ -204,10 +220,8 @@ def _check_rate(ticks: Ticks, stated: float | None, path: Path) -> None:
     )
 
 
-def regular_record(
-    path: Path, rig: Rig, settings: RecordsSettings, before: End | None = None, slow: SlowLogs = _NO_SLOW_LOGS
-) -> Record:
-    """Read one log and put it on a regular grid.
+def log_on_grid(path: Path, rig: Rig, before: End | None = None, slow: SlowLogs = _NO_SLOW_LOGS) -> LogOnGrid:
+    """Read one log and find the places of its rows on a regular grid.
 
     Parameters
     ----------
@@ -219,9 +233,9 @@ def regular_record(
     Raises
     ------
     LogError
-        If the log cannot be read or placed on a grid.
+        If the log cannot be read or placed on a grid, or its channels contradict each other.
     """
-    raw = joined(read_channels(path, rig, slow.channels), slow, path)
+    raw = joined(read_channels(path, rig, slow.channels).in_whole_rows(path.name), slow, path)
     log, columns, stated = raw.channels, raw.columns, rig.for_log(path).time.sample_rate
     rate, anchor = (before.rate, before.time) if before else (stated, None)
     ticks = place_rows(raw.stamps, log["torque_sweep"], log["speed"], rate, anchor, str(path))
@@ -231,7 +245,15 @@ def regular_record(
     notes = [*raw.notes, *_placed(log, ticks, grid, path), *clock_notes(ticks, grid)]
     samples = Samples(log, ticks.rows, ticks.tick / ticks.rate, grid.time[0], ticks.rate)
     notes += judge(samples, columns, str(path))
-    del raw, samples
+    return LogOnGrid(log, ticks, grid, (int(raw.stamps.min()), int(raw.stamps.max())), tuple(notes))
+
+
+def regular_record(
+    path: Path, rig: Rig, settings: RecordsSettings, before: End | None = None, slow: SlowLogs = _NO_SLOW_LOGS
+) -> Record:
+    """Read one log, put it on a regular grid and repair it; parameters and errors as of `log_on_grid`."""
+    placed = log_on_grid(path, rig, before, slow)
+    log, ticks, grid, notes = placed.channels, placed.ticks, placed.grid, list(placed.notes)
     if share_of_real_jitter(log["torque_sweep"][ticks.rows], ticks) > 0.5:
         log |= {name: moved_to_ticks(log[name], ticks) for name in FAST_CHANNELS if name in log}
         rms = 1e3 * float(np.std(ticks.jitter))
@@ -256,7 +278,7 @@ def _placed(log: dict[str, Array], ticks: Ticks, grid: Grid, path: Path) -> list
     """Omit channels with hardly any value on the grid, and note them."""
     notes = []
     for name in list(log):
-        if np.sum(np.isfinite(log[name][ticks.rows[grid.first]])) < FEWEST_ROWS:
+        if np.sum(np.isfinite(grid.first_values(log[name][ticks.rows]))) < FEWEST_ROWS:
             if name in REQUIRED_CHANNELS:
                 what = f"fewer than {FEWEST_ROWS} values of {name} are left once repeated rows are taken out"
                 raise LogError(str(path), what, "Export the log again")

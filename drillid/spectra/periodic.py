@@ -30,6 +30,9 @@ _LOCATED, _LEAST_AVERAGES = 3, 1.5
 """Periods from which on a burst can be located, as two deviate alike from their mean; and periods of usual noise that a
 weighted mean must be worth."""
 
+_ROUNDING = 1e-9
+"""Share of a period that is rounding."""
+
 
 def sweep_period(sweep: Floats, rate: float, lowest_frequency: float) -> float:
     """Period (s) of a sweep; 0 where it does not repeat within half of the window.
@@ -51,6 +54,11 @@ def sweep_period(sweep: Floats, rate: float, lowest_frequency: float) -> float:
     periods = np.flatnonzero(lowest_point) + 1
     periods = periods[periods >= shortest]
     return float(periods[0] / rate) if periods.size else 0.0
+
+
+def whole_periods(samples: int, rate: float, period: float) -> int:
+    """Number of whole periods (s) in so many samples; rounding of the division takes none away."""
+    return int(samples / rate / period + _ROUNDING)
 
 
 @dataclass(frozen=True)
@@ -122,7 +130,7 @@ def line_spectra(
 def _spectra(
     channels: tuple[Floats, ...], rate: float, period: float, frequencies: Floats, noise_lines: int
 ) -> tuple[_Lines, list[Complex]]:
-    periods = int(channels[0].size / rate / period + 1e-9)
+    periods = whole_periods(channels[0].size, rate, period)
     samples = round(periods * period * rate)
     harmonics = np.rint(frequencies * period).astype(int) * periods
     offsets = _noise_offsets(periods, noise_lines)

@@ -166,8 +166,8 @@ IN_DATA = (
     Fault(
         "records",
         "drillid/records/repair.py",
-        "stop - first <= longest and",
-        "stop - first < longest and",
+        "tick[first - 1] - 1 <= longest",
+        "tick[first - 1] - 1 < longest",
         ("tests/unit/records/test_one_log.py",),
         "off by one: a hole that may be filled stays open",
     ),

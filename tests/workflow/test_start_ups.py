@@ -1,6 +1,7 @@
 """Measured starts of rotation go through the workflow beside the wells."""
 
 import pandas as pd
+from rocrate.rocrate import ROCrate
 
 from tests.workflow.toys import Checkout
 
@@ -35,6 +36,9 @@ def test_starts_of_rotation_without_wells_have_their_report(checkout: Checkout) 
     (checkout.root / "config/start_ups.tsv").write_text(f"{HEAD}B\traw/start.csv\traw/start.csv\traw/start.csv\t900\n")
     checkout.run(*CONFIG)
     assert checkout.journal() == ["start_ups B"]
+    run = ROCrate(checkout.root / "results/main").dereference("#run")
+    assert {"start.csv", "start_ups.tsv"} <= {entity["name"] for entity in run["object"] if entity.type == "File"}
+    assert "start_ups of the start of rotation B" in {entity["name"] for entity in run["result"]}
     assert (checkout.root / "results/main/report.html").exists()
 
 

@@ -144,7 +144,8 @@ def _p_value(first: Described, second: Described) -> float:
     if _is_process(first.element):
         # a part may be zero where the process is not
         sizes = np.full_like(sizes, np.sqrt(np.mean(sizes**2)))
-    tolerance = (SIZE_TOLERANCE * sizes) ** 2
+    # each of the two wells deviates
+    tolerance = 2 * (SIZE_TOLERANCE * sizes) ** 2
     if not _is_process(first.element) and first.values.size > _size_count(first.element):
         tolerance[-1] = 2 * PLACE_TOLERANCE**2
     covariance = first.covariance + second.covariance + np.diag(tolerance)

@@ -183,6 +183,8 @@ class CouplingLaw(LawKind):
     def words(self, change: str, spline: LawSpline) -> str:
         """The change of its compliance."""
         ends = f"from {spline.low / 1e3:.1f} to {spline.high / 1e3:.1f} kN m"
+        # without a logged command the mean torque counts as zero
+        ends += " about its mean" if spline.low == -spline.high else ""
         at = f"a coupling at {self.at:.0%} of the string"
         return f"{at}, whose compliance changes by {change} rad/(kN m) {ends}, a cubic spline of its torque"
 

@@ -12,6 +12,7 @@ from drillid.discrepancy.catalogue import WindowModel
 from drillid.physics.nonlinear import NonlinearRig
 from drillid.physics.responses import laplace
 from drillid.simulation.simulate import simulate
+from drillid.spectra.periodic import whole_periods
 
 RATE = 50.0
 """Hz, of simulated samples."""
@@ -35,7 +36,7 @@ class LawWindow:
     mean_speed: float
     """rad/s."""
     mean_torque: float
-    """N m, of the command; 0 where it is not known."""
+    """N m, of the command; 0 where it is not known, so that torques are about their mean."""
     row: int
     """Row of the window in its set."""
     s: Complex
@@ -63,7 +64,7 @@ class LawWindow:
         period : s, of the sweep
         band : Hz, in which harmonics are compared
         """
-        whole = int(channels[0].size / rate / period) if period > 0 else 0
+        whole = whole_periods(channels[0].size, rate, period) if period > 0 else 0
         if whole < _LEAST_PERIODS or not np.isfinite(channels).all():
             return None
         samples = round(period * RATE)

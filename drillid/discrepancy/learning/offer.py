@@ -98,7 +98,7 @@ def joined(gains: Sequence[PredictiveGain], windows: int) -> PredictiveGain:
     counts = np.array([gain.windows or windows for gain in gains], dtype=float)
     value = float(np.sum(counts * [gain.value for gain in gains])) / windows
     error = float(np.hypot.reduce(counts * [gain.error for gain in gains])) / windows
-    return PredictiveGain(value, error, sum(gain.windows for gain in gains))
+    return PredictiveGain(value, error, windows if windows > 1 else 0)
 
 
 def _for_all(learnt: Candidate, seen: Indices, windows: int) -> Point:

@@ -7,6 +7,7 @@ taken up by the screen, the search and the suites over all causes.
 
 from __future__ import annotations
 
+import keyword
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,8 +15,10 @@ import numpy as np
 import xarray as xr
 
 from drillid.arrays import Floats
+from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS
 from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.learning.elements import TERMS
+from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN
 from drillid.errors import SettingsError
 
 FIXED = ("mount_frequency", "mount_loss", "drag_rate")
@@ -74,10 +77,12 @@ def module_source(name: str, extensions: Sequence[Extension], sizes: Floats, sou
     Raises
     ------
     SettingsError
-        If the name is no identifier, or nothing was learnt.
+        If the name is no identifier or that of another verdict, or nothing was learnt.
     """
-    if not name.isidentifier() or name != name.lower():
+    if not name.isidentifier() or name != name.lower() or keyword.iskeyword(name) or not name.strip("_"):
         raise SettingsError("promotion", f"'{name}' cannot name a cause", "Give lower case words joined by underscores")
+    if name in (NONE, UNKNOWN, *CATALOGUE, *SYMPTOMS):
+        raise SettingsError("promotion", f"'{name}' is a verdict already", "Give it a name of its own")
     learnt = [(each, size) for each, size in zip(extensions, sizes.tolist(), strict=True) if each.cause.name in TERMS]
     if not learnt:
         raise SettingsError(

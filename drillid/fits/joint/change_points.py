@@ -192,13 +192,15 @@ def dated(track: Track) -> tuple[Change, ...]:
         sums = np.cumsum(share)
         first, last = int(np.searchsorted(sums, 0.025)), int(np.searchsorted(sums, 0.975))
         best = int(np.argmax(share))
+        # a sidetrack begins above the bottom of the hole before it
+        around = track.bit_depth[min(first, best) : min(max(last, best), gains.size - 1) + 2]
         odds = np.exp(min(float(logsumexp(gains)) - np.log(gains.size * track.walks.size), 700.0))
         changes.append(
             Change(
                 WALKING[jump.coordinate],
                 float(track.bit_depth[best : best + 2].mean()),
-                float(track.bit_depth[min(first, best)]),
-                float(track.bit_depth[min(max(last, best), gains.size - 1) + 1]),
+                float(around.min()),
+                float(around.max()),
                 float(odds / (1 + odds)),
             )
         )

@@ -55,7 +55,8 @@ def joint_dataset(
     starts = fits["value"].values
     if not np.isfinite(starts).all(axis=1).any():
         return _nothing(len(measured)).assign_coords(coordinates), []
-    share = counted_once(fits["start"].values, fits["end"].values)
+    share, informed = np.ones(len(measured)), np.flatnonzero([each.informs for each in measured])
+    share[informed] = counted_once(fits["start"].values[informed], fits["end"].values[informed])
     fit = joint_fit(measured, known, bit_depth, prior, starts, settings, share)
     return _as_dataset(fit).assign_coords(coordinates), _problems(fit, fits)
 

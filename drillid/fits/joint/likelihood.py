@@ -20,7 +20,7 @@ from drillid.physics.parameters import DELTA, SCALES
 
 
 class Windows:
-    """Windows with what is known of each.
+    """Windows with what is known of each; those without frequencies, or with some that have no noise, say nothing.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Windows:
         self.share = np.ones(self.bit_depth.size) if share is None else share
         prior = replace(Prior.silent(), gains=self.gains)
         self._data = [
-            _data(each, equipment, prior) if each.frequency.size else None
+            _data(each, equipment, prior) if each.informs else None
             for each, equipment in zip(measured, known, strict=True)
         ]
 

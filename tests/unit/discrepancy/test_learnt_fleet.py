@@ -9,7 +9,7 @@ import xarray as xr
 
 from drillid.datasets.store import WellFolders, write_store
 from drillid.datasets.tables import write_table
-from drillid.discrepancy.learning.fingerprint import Described, Fingerprint
+from drillid.discrepancy.learning.fingerprint import PLACE_TOLERANCE, SIZE_TOLERANCE, Described, Fingerprint
 from drillid.discrepancy.learning.fleet import COLUMNS, LearntInWell, learnt_table, write_learnt
 from drillid.report.learnt import learnt_rows
 
@@ -41,6 +41,21 @@ def test_the_same_is_told_with_the_wells_of_the_rig_and_of_others() -> None:
     assert table.loc["E", "same_as"] == ""
     assert np.isnan(table.loc["E", "least_p_value"])
     assert table.loc["A", "least_p_value"] > 0.5
+
+
+def test_the_same_thing_is_told_apart_no_more_often_than_its_p_value_says() -> None:
+    """In each well sizes and place deviate by their tolerances and by their own errors."""
+    rng, error, sizes = np.random.default_rng(20), 0.02, np.array([50.0, 1.2, 0.3])
+
+    def found() -> Fingerprint:
+        deviations = np.hypot([*(SIZE_TOLERANCE * sizes), PLACE_TOLERANCE], error * np.append(sizes, 1.0))
+        values = np.append(sizes, 0.5) + deviations * rng.standard_normal(4)
+        covariance = np.diag((error * np.append(sizes, 1.0)) ** 2)
+        return Fingerprint(40.0, (Described("mounted inertia", values, covariance, 0.0),))
+
+    p_values = np.array([found().likeness(found()) for _ in range(2000)])
+    for rate in (0.01, 0.05, 0.2):
+        assert np.mean(p_values < rate) < 1.5 * rate + 0.01
 
 
 def test_a_well_with_a_number_for_a_name_keeps_it(tmp_path: Path) -> None:

@@ -5,7 +5,8 @@ import pytest
 
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.pooling import detection_gain
-from drillid.discrepancy.predictive_gain import PredictiveGain
+from drillid.discrepancy.learning.offer import joined
+from drillid.discrepancy.predictive_gain import NO_PREDICTIVE_GAIN, PredictiveGain
 
 
 def detections(*measured: tuple[float, float, float]) -> list[Detection]:
@@ -25,6 +26,15 @@ def test_windows_that_agree_gain_their_likelihood_less_the_error_of_the_other() 
 def test_a_window_that_alone_determines_the_size_keeps_its_likelihood_less_one() -> None:
     gain = detection_gain(detections((7000.0, 40.0, 24.0), (6900.0, np.inf, 0.1), (np.nan, np.inf, 0.0)))
     assert gain.value == pytest.approx((24.0 - 1 + 0.1) / 3)
+
+
+def test_windows_without_which_nothing_is_learnt_have_judged_as_well() -> None:
+    parts = [PredictiveGain(2.0, 0.3, 6), NO_PREDICTIVE_GAIN, PredictiveGain(4.0, 0.4, 6), NO_PREDICTIVE_GAIN]
+    gain = joined(parts, 24)
+    assert (gain.value, gain.error) == (pytest.approx(1.5), pytest.approx(0.125))
+    assert gain.windows == 24
+    halves = joined([PredictiveGain(2.0, 0.3, 0), PredictiveGain(4.0, 0.4, 0)], 1)
+    assert (halves.value, halves.windows) == (pytest.approx(6.0), 0)
 
 
 def test_windows_that_contradict_each_other_lose() -> None:

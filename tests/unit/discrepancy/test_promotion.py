@@ -102,7 +102,11 @@ def test_the_module_joins_the_catalogue_without_a_circle(tmp_path: Path) -> None
 
 def test_a_name_that_is_none_and_a_set_without_anything_learnt_are_refused() -> None:
     extension = Extension(TERMS["learnt_joint"], 0.5)
-    with pytest.raises(SettingsError, match="cannot name"):
-        module_source("Soft Joint", [extension], np.array([1e-5]), "a well")
+    for name in ("Soft Joint", "class", "_"):
+        with pytest.raises(SettingsError, match="cannot name"):
+            module_source(name, [extension], np.array([1e-5]), "a well")
+    for name in ("drive_lag", "unknown"):
+        with pytest.raises(SettingsError, match=f"'{name}' is a verdict already"):
+            module_source(name, [extension], np.array([1e-5]), "a well")
     with pytest.raises(SettingsError, match="no learnt extension"):
         module_source("soft_joint", [], np.empty(0), "a well")

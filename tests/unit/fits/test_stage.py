@@ -125,6 +125,16 @@ def test_a_window_of_a_sweep_that_does_not_repeat_is_fitted_too(troubled: Proces
     assert float(fits["chi2_per_dof"]) == pytest.approx(1, abs=0.3)
 
 
+def test_a_stack_knows_its_length_by_the_depth_of_the_bit_as_windows_do(healthy: Processed, tmp_path: Path) -> None:
+    well = healthy.copied(tmp_path / "results")
+    windows = well.dataset("windows", "windows")
+    windows["bit_depth"] = windows["bit_depth"] - 20.0
+    well.folders.write("windows", "windows", windows)
+    well.run("fits", rig=rig(**DATA_SHEET))
+    lengths = [well.dataset("fits", name)["prior"].sel(parameter="length") for name in ("fits", "stack_fits")]
+    np.testing.assert_allclose(lengths[1], [lengths[0].values.mean()])
+
+
 def test_knowledge_is_stored_and_narrows_the_errors(healthy: Processed, tmp_path: Path) -> None:
     well = healthy.copied(tmp_path / "results")
     described = rig(**DATA_SHEET)

@@ -2,12 +2,16 @@
 
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from typer.testing import CliRunner
 
 from drillid.commands import app
 from drillid.records.check import Checked, Finding, check
+from tests.raw_logs import RIG as MADE_UP
+from tests.raw_logs import START, drilling, save
 from tests.workflow.toys import RIG
 
 LOG = "Time,SWEEP,RPM,DMEA\n" + "".join(f"2025-03-03T06:00:{s:02d}Z,1.0,120,{2000 + s / 100}\n" for s in range(60))
@@ -125,6 +129,34 @@ def test_logs_that_others_leave_nothing_of_or_not_all_are_told(folder: Path) -> 
     assert told == [("resent.csv", "lies entirely within the time of the logs up to 'good.csv' and is not used", True)]
     (part,) = (each for each in findings(folder) if "before the end of 'good.csv'" in each.what)
     assert (Path(part.where).name, part.fails) == ("later.csv", False)
+
+
+def test_what_a_run_refuses_once_rows_have_their_places_is_told(tmp_path: Path, folder: Path) -> None:
+    """Channels that contradict each other, stamps that are too coarse, another rate."""
+    (folder / "rigs/made_up.yaml").write_text(yaml.safe_dump(MADE_UP.model_dump(mode="json", exclude_none=True)))
+    sound, coarse = drilling(400.0), drilling(60.0)
+    coarse["Time"] = coarse["Time"].dt.floor("s") + pd.to_timedelta(np.arange(len(coarse)) % 37 // 11, unit="s")
+    logs = {
+        "sound": sound,
+        "slower": drilling(400.0, start=START + pd.Timedelta(seconds=400)).iloc[::2],
+        "feet": sound.assign(BIT=sound["BIT"] * 0.3048),
+        "coarse": coarse.sort_values("Time", kind="stable"),
+    }
+    rows = [("A", "made_up", "sound.csv"), ("B", "made_up", "feet.csv"), ("C", "made_up", "coarse.csv")]
+    for name, log in logs.items():
+        save(log, folder / f"{name}.csv")
+    sheets(folder, rows)
+    with (folder / "logs.tsv").open("a") as sheet:
+        sheet.write(f"A\t{folder}/slower.csv\n")
+    told = [(Path(each.where).stem, each.what) for each in findings(folder) if each.fails]
+    expected = [
+        ("slower", "is sampled at 25 Hz, the well's other logs at 50 Hz"),
+        ("feet", "the hole deepens while the bit is "),
+        ("coarse", "its time stamps are coarser than its samples"),
+    ]
+    assert [name for name, _ in told] == [name for name, _ in expected], told
+    for (_, what), (_, start) in zip(told, expected, strict=True):
+        assert what.startswith(start)
 
 
 WELL = """

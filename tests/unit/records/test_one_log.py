@@ -98,7 +98,7 @@ def test_a_gap_of_hours_takes_no_space(tmp_path: Path) -> None:
 def test_repeated_rows_count_once(tmp_path: Path) -> None:
     twice = pd.concat([LOG.iloc[:1001], LOG.iloc[970:1001], LOG.iloc[1001:]])
     samples, notes = record(twice, tmp_path)
-    assert notes == ["31 rows repeat the time of another row; the first of each is used"]
+    assert notes == ["31 rows repeat the time of another row; the first value of each channel is used"]
     assert flagged(samples, RecordFlag.DUPLICATE) == list(range(970, 1001))
     np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
 
@@ -106,8 +106,50 @@ def test_repeated_rows_count_once(tmp_path: Path) -> None:
 def test_two_values_at_one_time_keep_the_first(tmp_path: Path) -> None:
     other = LOG.iloc[[700]].assign(RPM=50.0)
     samples, notes = record(pd.concat([LOG.iloc[:701], other, LOG.iloc[701:]]), tmp_path)
-    assert notes == ["1 rows repeat the time of another row; the first of each is used"]
+    assert notes == ["1 rows repeat the time of another row; the first value of each channel is used"]
     np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+
+
+@pytest.mark.parametrize("fast_first", [True, False])
+def test_rows_of_one_time_may_hold_fast_and_slow_channels_apart(fast_first: bool, tmp_path: Path) -> None:
+    apart = [LOG[["Time", "TQ", "SWEEP", "RPM", "SET"]], LOG[["Time", "HOLE", "BIT", "FLOW"]].iloc[::50]]
+    log = pd.concat(apart if fast_first else apart[::-1]).sort_values("Time", kind="stable")
+    samples, notes = record(log, tmp_path)
+    assert notes == []
+    assert not samples["flags"].any()
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+    np.testing.assert_allclose(samples["hole_depth"][:2951], LOG["HOLE"][:2951] * 0.3048, rtol=1e-6)
+    # beside rows that do repeat another one's time
+    samples, notes = record(pd.concat([log, log.iloc[-5:]]).sort_values("Time", kind="stable"), tmp_path)
+    assert len(notes) == 1
+    assert notes[0].endswith(" rows repeat the time of another row; the first value of each channel is used")
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+    np.testing.assert_allclose(samples["hole_depth"][:2951], LOG["HOLE"][:2951] * 0.3048, rtol=1e-6)
+
+
+def test_rows_of_one_time_may_hold_a_channel_each(tmp_path: Path) -> None:
+    rows = [LOG[["Time", name]] for name in LOG if name != "Time"]
+    samples, notes = record(pd.concat(rows).sort_values("Time", kind="stable"), tmp_path)
+    assert notes == []
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+    np.testing.assert_allclose(samples["torque_sweep"], SWEEP, rtol=1e-6, atol=1e-3)
+
+
+def test_nothing_is_interpolated_from_one_side_of_a_gap_of_hours_to_the_other(tmp_path: Path) -> None:
+    """Neither the speed at its edges nor the depth, which is logged once a second, though their rows are neighbours."""
+    log = LOG.copy()
+    log.loc[2000:, "Time"] += pd.Timedelta(hours=9)
+    log.loc[2000:, "HOLE"] += 100.0
+    log["HOLE"] = log["HOLE"].where(np.arange(len(log)) % 50 == 25)
+    log.loc[1998:2000, "RPM"] = np.nan
+    samples, notes = record(log, tmp_path)
+    assert notes[0] == "3 rows hold no speed"
+    assert flagged(samples, RecordFlag.GAP) == [1998, 1999, 2000]
+    assert flagged(samples, RecordFlag.INTERPOLATED) == []
+    assert np.isnan(samples["speed"][1998:2001]).all()
+    depth = samples["hole_depth"].values
+    np.testing.assert_allclose(depth[1900:2000], LOG["HOLE"][1900:2000] * 0.3048, atol=0.02)
+    np.testing.assert_allclose(depth[2000:2100], (LOG["HOLE"][2000:2100] + 100.0) * 0.3048, atol=0.02)
 
 
 def test_rows_out_of_order_are_sorted(tmp_path: Path) -> None:

@@ -112,6 +112,14 @@ def test_a_window_without_frequencies_takes_the_band_of_its_neighbours(run: Run)
     assert (found.error[2] > 0.98 * run.together.error[2]).all()
 
 
+def test_a_window_whose_speed_stands_still_takes_nothing_from_the_others(run: Run) -> None:
+    still = replace(run.windows[2], mobility=0 * run.windows[2].mobility, variance=0 * run.windows[2].variance)
+    nothing = Measured(*(values[:0] for values in vars(still).values()))
+    found, without = (run.joint([*run.windows[:2], each, *run.windows[3:]]) for each in (still, nothing))
+    for name in ("value", "error", "shared_error", "weight", "agreement"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(without, name), name)
+
+
 def test_without_any_fit_to_start_from_there_is_an_error(run: Run) -> None:
     with pytest.raises(EstimationError, match="no window has a fit of its own to start from"):
         joint_fit(

@@ -7,6 +7,7 @@ from scipy.stats import binom
 
 from drillid.arrays import Floats
 from drillid.fits.joint.change_points import (
+    Jump,
     Track,
     dated,
     log_gains_of_intervals,
@@ -69,6 +70,15 @@ def test_a_jump_is_found_in_its_parameter_and_dated() -> None:
         assert change.depth_from <= 1000 + GAP * 9.5 <= change.depth_to
         assert abs(change.depth - (1000 + GAP * 9.5)) <= GAP
         assert change.probability > 0.95
+
+
+def test_a_change_at_a_sidetrack_lies_between_a_shallow_and_a_deep_end() -> None:
+    jumping = track(16, 0.05, 0, {9: np.array([0.0, 0.0, 0.0, -0.7])})
+    depth = jumping.bit_depth - 60.0 * (np.arange(16) > 9)
+    sidetracked = settled(replace(jumping, bit_depth=depth, jumps=(Jump(9, 3),)))
+    [change] = dated(sidetracked)
+    assert change.depth_from <= depth[10] < depth[9] <= change.depth_to
+    assert change.depth_from <= change.depth <= change.depth_to
 
 
 def test_an_interval_is_found_with_both_its_ends() -> None:

@@ -15,7 +15,7 @@ from drillid.figures.style import CHANGE, JOINT
 from drillid.figures.tracks import draw_joint
 from drillid.fits.joint.coordinates import GAINS, SHARED
 from drillid.fits.joint.dataset import STATE, counted_once, joint_dataset
-from drillid.fits.window_fit import Prior
+from drillid.fits.window_fit import Measured, Prior, measured_rows
 from drillid.physics.parameters import PARAMETERS
 from tests.simulated import SHALLOW, Processed
 
@@ -63,6 +63,17 @@ def test_time_that_two_windows_hold_counts_once() -> None:
     begin = np.datetime64("2025-01-01T00:00", "ns") + np.array([0, 5, 20]) * np.timedelta64(60, "s")
     share = counted_once(begin, begin + np.timedelta64(600, "s"))
     np.testing.assert_allclose(share, [0.75, 0.75, 1.0])
+
+
+def test_time_that_a_window_shares_with_one_that_says_nothing_is_all_its_own(healthy: Processed) -> None:
+    mobility, fits = (healthy.dataset(stage, stage).isel(window=[0, 1]) for stage in ("mobility", "fits"))
+    first, second = measured_rows(mobility)
+    rows = [first, Measured(*(values[:0] for values in vars(second).values()))]
+    known, depth = [SHALLOW.known, SHALLOW.known], np.array([900.0, 905.0])
+    apart, _ = joint_dataset(rows, known, depth, Prior.silent(), fits, Settings().fits)
+    overlapping = fits.assign_coords({name: ("window", fits[name].values[[0, 0]]) for name in ("start", "end")})
+    found, _ = joint_dataset(rows, known, depth, Prior.silent(), overlapping, Settings().fits)
+    np.testing.assert_array_equal(found["shared_error"], apart["shared_error"])
 
 
 def test_the_band_is_drawn_and_broken_at_a_change() -> None:
