@@ -84,7 +84,7 @@ def gather_well(
 
     shown = np.flatnonzero(np.isfinite(fitted).all(axis=1))[:_SHOWING]
     channels = (window_channels(records, windows, int(row)) for row in shown)
-    sheet = with_held_control(sheet, [released(read, rate).interval for read in channels])
+    sheet = with_held_control(sheet, [released(read, rate).interval for read in channels], rate, _highest(spectra))
     known = [replace(sheet.equipment, controller=controller) for controller in stored_controllers(fits)]
     memo = memo or Memo(WellInMemory(), "discrepancy")
     contents = [windows["key"].values.tolist(), fitted.tolist(), periods, map(repr, known)]
@@ -101,6 +101,11 @@ def gather_well(
         of_set = set_point_detection(np.array(ratios))
         detections += [] if of_set is None else [of_set]
     return assembled(mobility, operating_points, sheet, fitted, tuple(detections))
+
+
+def _highest(spectra: xr.Dataset) -> float:
+    """Highest frequency of the responses, Hz."""
+    return float(spectra["frequency"].values.max())
 
 
 def _speed_ratio(records: xr.Dataset, windows: xr.Dataset, row: int) -> float:
@@ -196,7 +201,7 @@ def gather(
     periods = np.array([sweep_period(sweep, rate, settings.spectra.frequency_minimum_hz) for sweep, _, _ in channels])
     spectra = _spectra(channels, rate, periods, settings)
     mobility = gated_mobility(spectra, settings.mobility).merge(closed_loop_responses(spectra))
-    sheet = with_held_control(sheet, [each.interval for each in samples])
+    sheet = with_held_control(sheet, [each.interval for each in samples], rate, _highest(spectra))
     known = with_logged_gains(sheet, spectra)
     fits = [
         fit(measured, known.equipment, known.prior(float(depth)), settings.fits)

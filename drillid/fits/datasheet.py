@@ -26,8 +26,10 @@ _CONTRADICTION = 4.0
 """Standard deviations between log and data sheets beyond which tolerances do not explain the difference."""
 _LEAST_GAIN_ERROR = 1e-9
 """N m s/rad or N m/rad, used in place of zero."""
-_SHOWN_INTERVAL_ERROR = 1e-3
+SHOWN_INTERVAL_ERROR = 1e-3
 """Relative error of a control interval seen in the logged rows: at least ten times that from one window of them."""
+_SMOOTH = 8.0
+"""Rows per period of the highest frequency from which unevenness shows."""
 CLOCK_ERROR = 0.002
 """s, usual offset between the clocks of speed and torque."""
 COMMAND_BANDS = 40
@@ -66,6 +68,9 @@ class DataSheet:
     """s, at which the control reads the speed and holds its command; NaN where data sheets are silent."""
     control_interval_relative: float = 0.03
     """Its relative standard uncertainty."""
+    even_rows: float = np.nan
+    """s, from row to row of logs whose rows are even and so show no interval of the control; NaN where they do, or
+    cannot."""
 
     @property
     def equipment(self) -> KnownEquipment:
@@ -146,12 +151,22 @@ def with_logged_gains(sheet: DataSheet, spectra: xr.Dataset) -> DataSheet:
     return replace(sheet, controller=controller, gain_errors=(float(errors[0]), float(errors[1])))
 
 
-def with_held_control(sheet: DataSheet, held: Sequence[float]) -> DataSheet:
-    """The data sheet with the control interval seen in the windows' logs (`held`, s; NaN where a log shows none)."""
+def with_held_control(sheet: DataSheet, held: Sequence[float], rate: float, highest: float) -> DataSheet:
+    """The data sheet with the interval of the control as the windows' logs tell it.
+
+    Parameters
+    ----------
+    held : interval that each log shows, s; NaN where it shows none
+    rate : rows per second
+    highest : frequency of the sweep, Hz
+    """
     shown = np.array(held)[np.isfinite(held)]
-    if np.isfinite(sheet.control_interval) or not shown.size:
+    if np.isfinite(sheet.control_interval):
         return sheet
-    return replace(sheet, control_interval=float(np.median(shown)), control_interval_relative=_SHOWN_INTERVAL_ERROR)
+    if shown.size:
+        interval = float(np.median(shown))
+        return replace(sheet, control_interval=interval, control_interval_relative=SHOWN_INTERVAL_ERROR)
+    return replace(sheet, even_rows=1 / rate) if held and rate >= _SMOOTH * highest else sheet
 
 
 def stored_controller(fit: xr.Dataset) -> Controller:

@@ -26,23 +26,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import erf
 
 from drillid.arrays import Complex, Floats
 from drillid.physics.dual_numbers import composed, primal, unstacked
 from drillid.physics.held_kernel import QUANTITIES, WAYS, folded
 from drillid.physics.images_kernel import images
 
-_USUAL = 0.025
-"""s, scale of the half-normal prior of an interval that is not known."""
-INTERVALS = (0.0, *np.geomspace(0.01, 0.05, 15).tolist())
-"""s, intervals to try where it is not known: none, then up to one that hardly any speed control exceeds, so closely
-spaced that none in between fits much better.
-"""
-_BETWEEN = np.sqrt(np.convolve(np.square(INTERVALS), [0.5, 0.5], "valid"))
-"""s, limits between neighbouring intervals, halfway in their effect, which grows with the square of the interval."""
-PRIOR = np.diff(erf(np.array([0.0, *_BETWEEN, np.inf]) / (np.sqrt(2) * _USUAL)))
-"""Prior probability of the range of intervals about each of these."""
 Cumulants = tuple[Any, Any, Any, Any]
 """Cumulants from the second (s²) to the fifth (s⁵)."""
 

@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from drillid.arrays import Complex, Floats
-from drillid.physics.held_kernel import QUANTITIES, WAYS, filters, on_way
+from drillid.physics.held_kernel import WAYS, filters, on_way
 from drillid.physics.kernel import compiled, falling, inlined, inverse
 
 _ONE_BY_ONE = 4

@@ -65,8 +65,8 @@ class WindowModel:
         return self.recording.transfer(s) * self.folding.record(s) * ratio
 
     def held(self) -> WindowModel:
-        """The same with continuous control, its holding replaced by what this adds to delays of drive and recording, and
-        by what is folded beyond these.
+        """The same with continuous control: its holding adds to the delays of drive and recording, and is kept as what
+        it folds beyond these cumulants.
         """
         interval = self.control_interval
         if vanishes(interval):

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from drillid.discrepancy.evidence import Evidence
+from drillid.discrepancy.inference.control_intervals import Usual, usual_intervals
 from drillid.discrepancy.inference.coordinates import DEVIATION, INTERVAL, Extension, Point
 from drillid.discrepancy.inference.set_fit import SetFit, expanded, fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SetModel
-from drillid.physics.held_control import INTERVALS, PRIOR
 
 _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
 """Fewest windows from which a set's own deviation is estimated, windows that its prior is worth, and rounds."""
@@ -51,9 +51,10 @@ def fit_base(evidence: Evidence, *further: Point) -> tuple[SetModel, SetFit]:
     return model, without_outlier_windows(model, base)
 
 
-def _evidence_at(evidence: Evidence, interval: float) -> Evidence:
-    """The evidence with a data sheet that states the interval of the control, s."""
-    return replace(evidence, data_sheet=replace(evidence.data_sheet, control_interval=interval))
+def _evidence_at(evidence: Evidence, usual: Usual) -> Evidence:
+    """The evidence with a data sheet that states the interval of the control."""
+    stated = {"control_interval": usual.interval, "control_interval_relative": usual.relative}
+    return replace(evidence, data_sheet=replace(evidence.data_sheet, **stated))
 
 
 def at_likeliest_interval(
@@ -61,8 +62,8 @@ def at_likeliest_interval(
 ) -> tuple[SetModel, SetFit]:
     """The model and its fit at the likeliest interval of the control, among the usual ones and the model's own."""
     best, least = (model, fit), fit.cost + interval_cost(model)
-    for interval in INTERVALS:
-        other = model.with_evidence(_evidence_at(model.evidence, interval))
+    for usual in usual_intervals(model.evidence.data_sheet):
+        other = model.with_evidence(_evidence_at(model.evidence, usual))
         start = at_interval_of(other, best[1].point)
         again = fit_set(other, start, extensions, least)
         if again.cost + interval_cost(other) < least:
@@ -81,5 +82,5 @@ def interval_cost(model: SetModel) -> float:
     """Prior cost of an interval that is not known, relative to that of no interval: each stands for the intervals near
     it, and fewer controls have such an interval than one that is practically none.
     """
-    nearest = int(np.argmin(np.abs(np.array(INTERVALS) - model.control_interval)))
-    return float(np.log(PRIOR[0] / PRIOR[nearest]))
+    usual = usual_intervals(model.evidence.data_sheet)
+    return min(usual, key=lambda each: abs(each.interval - model.control_interval)).cost

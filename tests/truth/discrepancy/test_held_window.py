@@ -1,4 +1,4 @@
-"""Responses under control that samples and holds, against sums over the multiples of its rate with the string as load."""
+"""Responses under control that samples and holds, against sums over multiples of its rate with the string as load."""
 
 import numpy as np
 import pytest
