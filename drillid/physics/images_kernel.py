@@ -33,7 +33,7 @@ def _passed(own: Floats, pairs: Floats, order: int, s: complex) -> complex:
     pairs : (order // 2,) linear coefficients of the Butterworth filter's quadratic factors
     """
     u = own[5] * s
-    product = (1.0 + own[2] * s) * (1.0 + own[3] * s) * falling(0.5 * own[4] * s * s)
+    product: complex = (1.0 + own[2] * s) * (1.0 + own[3] * s) * falling(0.5 * own[4] * s * s)
     if order % 2:
         product = product * (1.0 + u)
     for pair in pairs:

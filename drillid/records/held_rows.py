@@ -61,7 +61,7 @@ def _changed(changes: Floats) -> Booleans:
     """
     repeated = changes[0] == 0
     if not repeated.any() or repeated.all():
-        return ~repeated
+        return np.asarray(~repeated, dtype=bool)
     within, between = ((changes[:, rows] ** 2).mean(axis=1) for rows in (repeated, ~repeated))
     has_more = ((changes[:, repeated] != 0).mean(axis=1) > 0.5) & (between > _STEPS * within)
     return np.asarray((changes[~has_more] != 0).any(axis=0), dtype=bool)

@@ -53,8 +53,9 @@ def fit_base(evidence: Evidence, *further: Point) -> tuple[SetModel, SetFit]:
 
 def _evidence_at(evidence: Evidence, usual: Usual) -> Evidence:
     """The evidence with a data sheet that states the interval of the control."""
-    stated = {"control_interval": usual.interval, "control_interval_relative": usual.relative}
-    return replace(evidence, data_sheet=replace(evidence.data_sheet, **stated))
+    sheet = evidence.data_sheet
+    stated = replace(sheet, control_interval=usual.interval, control_interval_relative=usual.relative)
+    return replace(evidence, data_sheet=stated)
 
 
 def at_likeliest_interval(
