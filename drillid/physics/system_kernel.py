@@ -104,8 +104,8 @@ def _fold(values: Floats, constants: Floats, structure: Structure, omega: Floats
                 *(values[CONTROL + 2], constants[HELD + 3], constants[HELD + 4], corner_time),
             ]
         )
-        order, s = structure.filter_order, omega * 1j
-        images(quantities, structure.filter_pairs, order, values[TOP_DRIVE], admittance, s.astype(np.complex128), folded)
+        s, inertia = (omega * 1j).astype(np.complex128), values[TOP_DRIVE]
+        images(quantities, structure.filter_pairs, structure.filter_order, inertia, admittance, s, folded)
 
 
 @compiled
