@@ -93,7 +93,7 @@ discoveries: setup
 # three processes on two cores, as a test of the workflow waits for what it starts; threads would wait for each other
 test: export OPENBLAS_NUM_THREADS := 1
 test: setup
-	$(BIN)/python -m pytest -n 3 --dist loadscope --no-loadscope-reorder tests
+	env $$($(BIN)/python -m tests.memory) $(BIN)/python -m pytest -n 3 --dist loadscope --no-loadscope-reorder tests
 
 # two at a time; one thread each
 mutants: export OPENBLAS_NUM_THREADS := 1

@@ -23,9 +23,11 @@ from drillid.demo.wells import WELLS, write_demo_log
 from drillid.discrepancy.evidence import Evidence, OperatingPoints
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.fits.datasheet import DataSheet, data_sheet
+from drillid.fits.joint.fit import joint_fit
 from drillid.fits.window_fit import Measured, fit
 from drillid.fleet.lock import held
-from drillid.physics.limits import withheld_by_play
+from drillid.physics.held_control import read_and_kept
+from drillid.physics.limits import rate_limited, withheld_by_play
 from drillid.physics.parameters import USUAL
 from drillid.physics.responses import command_mobility, laplace
 
@@ -63,19 +65,24 @@ def simulate(log: Path) -> None:
 
 
 def fit_mobility() -> None:
-    """Make one fit with intervals."""
-    sheet, measured = computed()
-    fit(measured, sheet.equipment, sheet.prior(DEPTH), FitsSettings())
+    """Make one fit with intervals, and one of two windows together."""
+    (sheet, measured), settings = computed(), FitsSettings()
+    prior = sheet.prior(DEPTH)
+    alone = fit(measured, sheet.equipment, prior, settings)
+    depth, starts = DEPTH + np.arange(2.0), np.stack([alone.value, alone.value])
+    joint_fit([measured] * 2, [sheet.equipment] * 2, depth, prior, starts, settings)
 
 
 def examine_mobility() -> None:
-    """Run the model of a set of one window, summed over its rows and row by row, and a gear with play."""
+    """Run the model of a set of one window, summed over its rows and row by row, a held control, and what limits."""
     sheet, measured = computed()
     rows = (row[None] for row in (measured.mobility, measured.variance, measured.degrees_of_freedom))
     used, points = np.ones((1, measured.frequency.size), dtype=bool), OperatingPoints(*np.full((5, 1), DEPTH))
     model = SetModel(Evidence(measured.frequency, *rows, used, points, sheet, USUAL.mean(axis=0, keepdims=True)))
     model.products(model.start(), ())
     model.linearised(model.start())
+    read_and_kept(0.02, 0.05, 0.0)
+    rate_limited(np.zeros(2), np.ones(1))
     withheld_by_play(np.zeros(2), 0.02, 1.0, 0.01)
 
 

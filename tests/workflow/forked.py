@@ -20,6 +20,7 @@ from typing import IO, NoReturn
 IMPORTED = (
     *("snakemake.cli", "snakemake.scheduling.job_scheduler", "snakemake.persistence.file", "snakemake.report"),
     *("nbformat", "boto3", "pandas", "xarray", "pydantic", "psutil", "grimp", "typer", "rich.console"),
+    *("multiprocessing.popen_fork", "multiprocessing.synchronize", "rich._emoji_codes"),
     *("zarr.storage", "zarr.codecs", "matplotlib.backends.backend_agg"),
 )
 """Nothing of the library, of which each checkout has its own, and nothing that starts threads."""
@@ -70,11 +71,21 @@ def _server() -> subprocess.Popen[str]:
 def _serve() -> None:
     for module in IMPORTED:
         __import__(module)
+    _leave_out_descriptions()
     for line in sys.stdin:
         child = os.fork()
         if not child:
             _run(*json.loads(Path(line.strip()).read_text()))
         print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+
+
+def _leave_out_descriptions() -> None:
+    """Of the settings' fields: pydantic seeks them among all that is imported, for a quarter of a start, and no run
+    needs them.
+    """
+    from pydantic._internal import _fields
+
+    _fields._update_fields_from_docstrings = lambda *_, **__: None
 
 
 def _run(command: str, folder: str, arguments: list[str], environment: dict[str, str], places: list[str]) -> None:
@@ -114,7 +125,32 @@ def _snakemake(arguments: list[str]) -> None:
     from drillid.fleet import fork_server
 
     fork_server._started = _fork_server
+    _hand_over_in_place()
     sys.modules["snakemake.cli"].main(arguments)
+
+
+def _hand_over_in_place() -> None:
+    """Let scripts run in a thread of Snakemake instead of a process of their own, which imports Snakemake again only to
+    hand its job over to the fork server; where there is none, they run as ever.
+    """
+    from snakemake import script
+
+    from drillid.fleet.job import SERVER
+
+    execute = script.PythonScript.execute_script
+
+    def execute_script(self: script.PythonScript, name: str, edit: bool = False) -> None:
+        if SERVER not in os.environ:
+            execute(self, name, edit=edit)
+            return
+        try:
+            exec(compile(Path(name).read_text(), name, "exec"), {"__name__": "__main__", "__file__": name})
+        except SystemExit as error:
+            raise subprocess.CalledProcessError(int(error.code or 1), name) from None
+
+    script.PythonScript.execute_script = execute_script
+    # each script adds this process's path to the path, which here is the same
+    script.get_snakemake_searchpaths = list
 
 
 @contextlib.contextmanager

@@ -18,7 +18,7 @@ from tests.workflow.toys import ROOT
 LOG = "results/raw/D03_20250601T0600.csv.gz"
 KERNELS = ROOT / ".venv/kernels"
 """Is newer than all sources of the compiled functions in the cache beside it."""
-CACHE = ROOT / ".venv/numba"
+CACHE = Path(os.environ.get("NUMBA_CACHE_DIR", ROOT / ".venv/numba"))
 
 
 @pytest.fixture(scope="module")
