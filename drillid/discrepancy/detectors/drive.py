@@ -131,7 +131,8 @@ class TorqueRateLimitDetector(LimitDetector):
 
     However small they are, the steps of a command that the control holds take time as well. The torque missing
     meanwhile has harmonics of the sweep beyond its band, by which it is sought, computed from the sweep's part of the
-    command alone, which is not correlated with the noise.
+    command alone, which is not correlated with the noise. Even rows show no interval; the control may hold its command
+    for each of them.
     """
 
     memory = True
@@ -144,7 +145,7 @@ class TorqueRateLimitDetector(LimitDetector):
     def columns(self, residual: ResidualRecord) -> tuple[Floats, Floats]:
         """As for any limit, preceded by the responses to the torque that is missing in steps alone."""
         columns, limits = super().columns(residual)
-        if not (_is_held(residual) and residual.periods):
+        if not residual.periods:
             return columns, limits
         repeated = residual.command - residual.without_sweep(residual.command)
         rates = self.all_limits(residual)
@@ -157,13 +158,13 @@ class TorqueRateLimitDetector(LimitDetector):
         return rate_limited(np.ascontiguousarray(residual.command), limits / residual.record.rate)
 
     def all_limits(self, residual: ResidualRecord) -> Floats:
-        """Rates, N m/s; for a held command, first those that only its steps exceed."""
+        """Rates, N m/s, first those that only the steps of a held command exceed."""
         limits = self.limits(residual)
-        return np.append(limits[0] * _BEYOND_SLOPES, limits) if _is_held(residual) else limits
+        return np.append(limits[0] * _BEYOND_SLOPES, limits)
 
     def exactly(self, residual: ResidualRecord, limit: float) -> Floats:
         """The command as far as the rate follows it, or the steps of a held one."""
-        if not _is_held(residual):
+        if not _is_held(residual) and limit <= self.reached(residual).max():
             return super().exactly(residual, limit)
         return np.asarray(residual.command - _lacking(residual, residual.command, limit), dtype=float)
 
@@ -233,7 +234,7 @@ def _lacking(residual: ResidualRecord, command: Floats, rate: float) -> Floats:
 
     The middle of the hold, which counts as a part of the drive's delay, is the time of the command.
     """
-    interval = 1 / residual.record.sample_rate
+    interval = 1 / (residual.record.sample_rate if _is_held(residual) else residual.record.rate)
     time = np.arange(residual.time[0], residual.time[-1] + interval, interval)
     lacking, centroid = lacking_after_steps(CubicSpline(residual.time, command)(time), rate * interval)
     return np.asarray(CubicSpline(time + (centroid - 0.5) * interval, lacking)(residual.time), dtype=float)

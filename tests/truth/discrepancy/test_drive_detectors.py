@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import detrend
 
 from drillid.discrepancy.detectors.drive import ceiling_score
 from drillid.discrepancy.detectors.gear import Gear as GearSeen
@@ -73,6 +74,29 @@ def test_torque_limit_without_logged_command() -> None:
 def test_torque_rate_limit() -> None:
     rig = replace(RIG, limits=DriveLimits(rate=1500.0))
     assert has_size(alone(records(rig, 52)[0], "torque_rate_limit"), 1500.0)
+
+
+def of_steps_at_a_rate(record: WindowRecord, rate: float) -> WindowRecord:
+    """The record of a drive that follows each row's command, held until the next one, at a limited rate, N m/s.
+
+    The top drive's inertia alone is the load of what is missing meanwhile.
+    """
+    fine = 20
+    held = np.repeat(record.command, fine)
+    missing = rate_limited(held, np.array([rate / (fine * RATE)]))[0] - held
+    moved = np.cumsum(missing - missing.mean()) / (fine * RATE) / SHALLOW.top_drive.inertia
+    # the middle of the hold, late by the drive's delay
+    late = round((SHALLOW.top_drive.delay - 0.5 / RATE) * fine * RATE)
+    more = np.interp(np.arange(record.speed.size) * fine - late, np.arange(moved.size), moved)
+    return replace(record, speed=record.speed + detrend(more))
+
+
+def test_a_rate_that_only_the_steps_from_row_to_row_exceed() -> None:
+    """Even rows do not show whether the control holds its command from one to the next."""
+    (record,) = records(RIG, 52, truth=replace(SHALLOW, bit_noise=10.0, sweep_amplitude=600.0))
+    rate = 2.0 * np.abs(np.gradient(record.command)).max() * RATE
+    assert has_size(alone(of_steps_at_a_rate(record, rate), "torque_rate_limit"), rate)
+    assert detections_of(record)["torque_rate_limit"].score < 2
 
 
 def test_delay_jitter() -> None:
