@@ -48,7 +48,16 @@ class RawChannels:
         """
         if not one_by_one(self.stamps, [self.channels[name] for name in FAST_CHANNELS if name in self.channels]):
             return self
-        stamps, channels, differing = first_values(self.stamps, dict(self.channels))
+        return self.at_distinct_stamps(log)
+
+    def at_distinct_stamps(self, log: str) -> RawChannels:
+        """The same with a row for each stamp, which holds the first value of each channel there; this is used up.
+
+        Parameters
+        ----------
+        log : name of the log
+        """
+        stamps, channels, differing = first_values(self.stamps, self.channels)
         notes = [differing_note(log, self.stamps, differing)] if differing else []
         return replace(self, stamps=stamps, channels=channels, notes=[*self.notes, *notes])
 

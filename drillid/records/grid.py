@@ -12,7 +12,7 @@ from drillid.arrays import Array, Booleans, Integers
 from drillid.datasets.codes import RecordFlag
 from drillid.errors import LogError
 from drillid.records.clock import Ticks
-from drillid.records.shared_stamps import shared_note
+from drillid.records.shared_stamps import first_known, shared_note
 
 Note = tuple[str, str]
 """What was repaired in a log, and the remedy."""
@@ -93,9 +93,7 @@ class Grid:
 
     def first_values(self, rows: Array) -> Array:
         """The first value of a channel, shape (row,), at each sample; NaN where it has none, shape (time,)."""
-        samples, known = np.full(self.size, np.nan, rows.dtype), np.flatnonzero(np.isfinite(rows))[::-1]
-        samples[self.position[known]] = rows[known]  # from the last row to the first, which stays
-        return samples
+        return first_known(rows, self.position, self.size)
 
     def at(self, sample: int) -> str:
         """Time of a sample for messages."""

@@ -23,7 +23,6 @@ from drillid.records.channels import FAST_CHANNELS, RawChannels, read_channels
 from drillid.records.clock_offset import FARTHEST_S, clock_offset
 from drillid.records.grid import Note
 from drillid.records.mapping import MappedColumn, dialect_of, layout_of
-from drillid.records.shared_stamps import differing_note, first_values
 
 _LONGEST_HOLE_S = 60.0
 """Slow channels are interpolated over holes up to this long, or a few of their intervals, s."""
@@ -90,10 +89,8 @@ class SlowLog:
     @classmethod
     def of(cls, source: Source) -> SlowLog:
         """Read a slow log."""
-        raw = read_channels(source.path, source.rig, CHANNELS)
-        stamps, channels, differing = first_values(raw.stamps, raw.channels)
-        notes = [differing_note(source.path.name, raw.stamps, differing)] if differing else []
-        return cls(source.path, stamps, channels, raw.columns, [*raw.notes, *notes])
+        raw = read_channels(source.path, source.rig, CHANNELS).at_distinct_stamps(source.path.name)
+        return cls(source.path, raw.stamps, raw.channels, raw.columns, raw.notes)
 
     @property
     def span(self) -> tuple[int, int]:

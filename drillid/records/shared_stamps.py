@@ -98,13 +98,24 @@ def first_values(stamps: Integers, channels: dict[str, Array]) -> tuple[Integers
     first, differing = dict[str, Array](), dict[str, Indices]()
     for name in list(channels):
         values = channels.pop(name)
-        known = np.flatnonzero(np.isfinite(values))[::-1]
-        first[name] = np.full(distinct.size, np.nan, values.dtype)
-        first[name][place[known]] = values[known]  # from the last row to the first, which stays
-        others = known[values[known] != first[name][place[known]]]
+        first[name] = first_known(values, place, distinct.size)
+        others = np.flatnonzero(np.isfinite(values) & (values != first[name][place]))
         if others.size:
-            differing[name] = others[::-1]
+            differing[name] = others
     return distinct, first, differing
+
+
+def first_known(values: Array, place: Indices, size: int) -> Array:
+    """The first value at each of so many places, shape (size,); NaN where there is none.
+
+    Parameters
+    ----------
+    values : NaN for missing ones, shape (row,)
+    place : of each row, shape (row,)
+    """
+    first, known = np.full(size, np.nan, values.dtype), np.flatnonzero(np.isfinite(values))[::-1]
+    first[place[known]] = values[known]  # from the last row to the first, which stays
+    return first
 
 
 def differing_note(log: str, stamps: Integers, differing: dict[str, Indices]) -> tuple[str, str]:

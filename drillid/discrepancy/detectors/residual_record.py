@@ -20,6 +20,7 @@ from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace
 from drillid.physics.top_drive import control, drive
 from drillid.records.roughness import HELD, Roughness
 from drillid.records.slower_samples import released
+from drillid.spectra.periodic import whole_periods
 
 _BAND = (0.02, 10.0)
 """Hz, band in which the model is valid."""
@@ -104,7 +105,7 @@ class ResidualRecord:
 
     def __init__(self, record: WindowRecord, subtracted: Floats | None = None) -> None:
         self.record = record
-        periods = int(record.speed.size / record.rate / record.period + 1e-9) if record.period > 0 else 0
+        periods = whole_periods(record.speed.size, record.rate, record.period) if record.period > 0 else 0
         self.periods = periods if periods >= _LEAST_PERIODS else 0
         self.samples = round(periods * record.period * record.rate) if self.periods else record.speed.size
         self.subtracted: Floats = np.zeros(self.samples) if subtracted is None else subtracted

@@ -14,6 +14,7 @@ from drillid.discrepancy.inference.coordinates import Extension, Point
 from drillid.discrepancy.inference.held_out_gain import trained_without
 from drillid.discrepancy.learning.examined_law import law_window
 from drillid.physics.responses import laplace
+from drillid.spectra.periodic import whole_periods
 
 if TYPE_CHECKING:
     from drillid.discrepancy.verdicts.examination import Examination
@@ -68,7 +69,7 @@ def mean_period(series: Floats, rate: float, period: float) -> tuple[Floats, flo
     rate : Hz
     period : s
     """
-    whole = int(series.size / rate / period)
+    whole = whole_periods(series.size, rate, period)
     time = (np.arange(whole * PHASES) * period / PHASES).reshape(whole, PHASES)
     periods = np.interp(time, np.arange(series.size) / rate, series)
     periods = periods - periods.mean(axis=1, keepdims=True)
