@@ -27,7 +27,7 @@ from drillid.physics.equipment import (
     StribeckCutting,
     TopDrive,
 )
-from drillid.physics.held_control import Held, filter_pairs
+from drillid.physics.held_control import Held, beyond, filter_pairs
 from drillid.physics.kernel import BLOCK
 from drillid.physics.sensor import Recording
 from drillid.physics.system_layout import (
@@ -183,6 +183,8 @@ def compiled_system(
     lines, motor, bit = _Lines(), system.motor or Motor(1.0), _Bit.of(system.bit)
     sections = [lines.add(section) for section in system.string]
     top_drive, controller = system.top_drive, system.top_drive.controller
+    if held is not None:
+        top_drive, recording = beyond(top_drive, held.read), beyond(recording, held.later)
     constants = [controller.compensated_inertia, controller.compensation_filter]
     constants += [*top_drive.hold_higher, *recording.hold_higher, *_held_constants(held), *lines.constants]
     is_known = None not in sections and controller.matching is None
@@ -223,7 +225,7 @@ def _held_constants(held: Held | None) -> list[Any]:
     if held is None:
         return [0.0] * (FIXED - HELD)
     *_, jitter, clock_jitter, _ = held.quantities
-    return [held.interval, held.read[0], held.later[0], jitter, clock_jitter]
+    return [held.interval, jitter, clock_jitter]
 
 
 def _has_known_parts(system: DrillingSystem, recording: Recording) -> bool:

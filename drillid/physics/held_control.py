@@ -22,8 +22,8 @@ its phase per multiple. A recorder that keeps the readings holds what they would
 filter took the place of the control's: its time stamps have the difference in v, and in κ, between the two.
 """
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -34,6 +34,10 @@ from drillid.physics.images_kernel import images
 
 Cumulants = tuple[Any, Any, Any, Any]
 """Cumulants from the second (s²) to the fifth (s⁵)."""
+
+
+Part = TypeVar("Part", bound=Any)
+"""What has cumulants of holding: a top drive or a recording."""
 
 
 class Filters(NamedTuple):
@@ -111,14 +115,10 @@ class Held:
         """Of the control, s."""
         return self.quantities[0]
 
-    def drive(self, s: Complex) -> Complex:
-        """Response of a command held for an interval, about its mean delay, over that of the cumulants."""
+    def steps(self, s: Complex) -> Complex:
+        """Response of a command held for an interval, about its mean delay."""
         half = 0.5 * s * self.interval
-        return np.asarray(np.sinh(half) / half / np.exp(_logarithm(s, self.read)), dtype=complex)
-
-    def record(self, s: Complex) -> Complex:
-        """One over the response of the cumulants that the recorded readings have in addition."""
-        return np.asarray(np.exp(-_logarithm(s, self.later)), dtype=complex)
+        return np.asarray(np.sinh(half) / half, dtype=complex)
 
     def images(self, s: Complex, inertia: Any, admittance: Any) -> tuple[Complex, Complex]:
         """What the control's readings fold, and the recorded ones, relative to the drive's torque, rad/(N m s).
@@ -144,8 +144,12 @@ def filter_pairs(order: int) -> Floats:
     return np.asarray(2 * np.sin(np.pi * (2 * np.arange(order // 2) + 1) / (2 * order)) if order else [], dtype=float)
 
 
-def _logarithm(s: Complex, cumulants: Cumulants) -> Any:
-    return np.square(s) * cumulants[0] / 2 + held_logarithm(s, *cumulants[1:])
+def beyond(part: Part, cumulants: Cumulants) -> Part:
+    """A top drive, or a recording, less the values of what holding adds to its cumulants; their derivatives stay."""
+    variance, third, fourth, fifth = cumulants
+    higher = part.hold_higher[0] - fourth, part.hold_higher[1] - fifth
+    less = {"hold_variance": part.hold_variance - variance, "hold_skewness": part.hold_skewness - third}
+    return replace(part, **less, hold_higher=higher)
 
 
 def held_logarithm(s: Any, third: Any, fourth: Any, fifth: Any) -> Any:

@@ -59,19 +59,18 @@ def _computed(omega: float, half: float) -> float:
 @compiled
 def _drive(values: Floats, constants: Floats, omega: Floats, factors: Floats, table: Floats) -> None:
     """Drive, control and clock of the recording, and the steps of a held command."""
-    clock_variance, offset = values[RECORDING + 2] - constants[HELD + 2], values[RECORDING + 1]
+    clock_variance, offset = values[RECORDING + 2], values[RECORDING + 1]
     proportional, integral = values[CONTROL], values[CONTROL + 1]
     speed_filter, torque_filter = values[CONTROL + 2], values[CONTROL + 3]
-    delay, variance, gain = values[TOP_DRIVE + 1], values[TOP_DRIVE + 2] - constants[HELD + 1], values[TOP_DRIVE + 3]
-    lag, half, cumulants = values[TOP_DRIVE + 4], 0.5 * constants[HELD], 0.0 if constants[HELD] > 0 else 1.0
-    of_delay, of_clock = cumulants * values[TOP_DRIVE + 5] / 6, cumulants * values[RECORDING + 4] / 6
-    compensated, compensation_filter = constants[0], constants[1]
+    delay, variance, gain = values[TOP_DRIVE + 1], values[TOP_DRIVE + 2], values[TOP_DRIVE + 3]
+    lag, of_delay, of_clock = values[TOP_DRIVE + 4], values[TOP_DRIVE + 5] / 6, values[RECORDING + 4] / 6
+    compensated, compensation_filter, half = constants[0], constants[1], 0.5 * constants[HELD]
     for j in range(BLOCK):
         s, computed = complex(0.0, omega[j]), complex(0.0, _computed(omega[j], half))
         compensation = compensated * computed * inverse(1.0 + compensation_filter * computed)
         filters = inverse(1.0 + speed_filter * s) * inverse(1.0 + torque_filter * computed)
         square, cube = 0.5 * omega[j] * omega[j], omega[j] * omega[j] * omega[j]
-        fourth, fifth = cumulants * square * square / 6.0, cumulants * cube * square / 60.0
+        fourth, fifth = square * square / 6.0, cube * square / 60.0
         turned = delay * omega[j] - of_delay * cube + constants[3] * fifth
         delayed = falling(complex(square * variance - constants[2] * fourth, turned))
         response = (complex(proportional, -integral / computed.imag) - compensation) * filters
@@ -101,7 +100,7 @@ def _fold(values: Floats, constants: Floats, structure: Structure, omega: Floats
         quantities = np.array(
             [
                 *(constants[HELD], values[TOP_DRIVE + 1], values[RECORDING + 1], values[TOP_DRIVE + 4]),
-                *(values[CONTROL + 2], constants[HELD + 3], constants[HELD + 4], corner_time),
+                *(values[CONTROL + 2], constants[HELD + 1], constants[HELD + 2], corner_time),
             ]
         )
         s, inertia = (omega * 1j).astype(np.complex128), values[TOP_DRIVE]

@@ -17,10 +17,10 @@ RECORD_FACTOR, CONTROL_FACTOR, DRIVE_FACTOR = CONTROL - 1, TOP_DRIVE - 1, MOTOR 
 PER_LINE, PER_SECTION = 6, 2
 HELD = 6
 """Where the constants of held control begin."""
-FIXED = HELD + 5
+FIXED = HELD + 3
 """Number of constants before those of the lines: compensated inertia, the filter of its compensation, fourth and fifth
-cumulant of the drive's delay, and the same of the recording's clock; of held control the interval, 0 without it, what
-it adds to the variances of delay and clock, and the variances of jitter of drive and clock."""
+cumulant of the drive's delay, and the same of the recording's clock; of held control the interval, 0 without it, and
+the variances of jitter of drive and clock."""
 FIXED_PER_LINE = 1
 """Reference frequency of the loss factor."""
 

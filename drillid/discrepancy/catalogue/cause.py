@@ -13,7 +13,7 @@ from drillid.discrepancy.detectors.detector import Detector
 from drillid.discrepancy.rules import BOUND_REACHED
 from drillid.physics.dual_numbers import primal, vanishes
 from drillid.physics.equipment import Controller, DrillingSystem, Section, TopDrive
-from drillid.physics.held_control import Filters, Held, read_and_kept
+from drillid.physics.held_control import Filters, Held, beyond, read_and_kept
 from drillid.physics.responses import command_mobility, string_admittance
 from drillid.physics.sensor import Recording
 from drillid.physics.top_drive import control, drive
@@ -39,8 +39,10 @@ class WindowModel:
         parts = [held._with_bit_damping(more) for more in self.course]
         if held.folding is None:
             return held.recording.transfer(s) * _mean([command_mobility(part, s) for part in parts])
-        images = held._images(s)
-        return held._kept(s, images) * _mean([_folded_mobility(part, s, held.folding, images[0]) for part in parts])
+        strings = [string_admittance(part, s) for part in parts]
+        read, kept = held.folding.images(s, *_load_at_multiples(held.system))
+        mobilities = [_folded_mobility(held.system.top_drive, string, s, held.folding, read) for string in strings]
+        return held._kept(s, strings, read, kept) * _mean(mobilities)
 
     def control(self, s: Any) -> Any:
         """Response of the speed control: torque opposing the speed per recorded speed, N m s/rad."""
@@ -48,21 +50,16 @@ class WindowModel:
         controller = held.system.top_drive.controller
         if held.folding is None:
             return control(controller, s) / held.recording.transfer(s)
-        return control(controller, s, held.folding.interval) / held._kept(s, held._images(s))
+        strings = [string_admittance(held._with_bit_damping(more), s) for more in self.course]
+        images = held.folding.images(s, *_load_at_multiples(held.system))
+        return control(controller, s, held.folding.interval) / held._kept(s, strings, *images)
 
-    def _images(self, s: Complex) -> tuple[Complex, Complex]:
-        """What readings and recorded readings fold, relative to the drive's torque, rad/(N m s)."""
+    def _kept(self, s: Complex, strings: Sequence[Any], read: Complex, kept: Complex) -> Any:
+        """Recorded speed per speed that the control reads, which folds `read`, the record `kept`, rad/(N m s)."""
         assert self.folding is not None
-        pipe = self.system.string[0]
-        return self.folding.images(s, self.system.top_drive.inertia, pipe.characteristic_admittance)
-
-    def _kept(self, s: Complex, images: tuple[Complex, Complex]) -> Any:
-        """Recorded speed per speed that the control reads."""
-        assert self.folding is not None
-        read, kept = images
-        loads = [primal(_load(self._with_bit_damping(more), s)) for more in self.course]
+        loads = [primal(_load(self.system.top_drive, string, s)) for string in strings]
         ratio = _mean([(1 + kept * load) / (1 + read * load) for load in loads])
-        return self.recording.transfer(s) * self.folding.record(s) * ratio
+        return beyond(self.recording, self.folding.later).transfer(s) * ratio
 
     def held(self) -> WindowModel:
         """The same with continuous control: its holding adds to the delays of drive and recording, and is kept as what
@@ -127,18 +124,22 @@ def _mean(values: Sequence[Any]) -> Any:
     return sum(further, first) / len(values) if further else first
 
 
-def _load(system: DrillingSystem, s: Complex) -> Any:
+def _load_at_multiples(system: DrillingSystem) -> tuple[Any, Any]:
+    """Inertia of the top drive, kg m², and characteristic admittance of the pipe, N m s/rad."""
+    return system.top_drive.inertia, system.string[0].characteristic_admittance
+
+
+def _load(top_drive: TopDrive, string: Any, s: Complex) -> Any:
     """Torque per speed of top drive and string, N m s/rad; derivatives to the inertia are left out, as what is folded
     is relative to it.
     """
-    return primal(system.top_drive.inertia) * s + string_admittance(system, s)
+    return primal(top_drive.inertia) * s + string
 
 
-def _folded_mobility(system: DrillingSystem, s: Complex, held: Held, images: Complex) -> Any:
-    """Speed that the control reads per sweep torque, rad/(N m s)."""
-    driven = drive(system.top_drive, s) * held.drive(s) * (1 + images * _load(system, s))
-    loop = driven * control(system.top_drive.controller, s, held.interval)
-    return driven / (system.top_drive.inertia * s + string_admittance(system, s) + loop)
+def _folded_mobility(top_drive: TopDrive, string: Any, s: Complex, held: Held, read: Complex) -> Any:
+    """Speed that the control reads per sweep torque, rad/(N m s), with a string's admittance below."""
+    driven = drive(beyond(top_drive, held.read), s) * held.steps(s) * (1 + read * _load(top_drive, string, s))
+    return driven / (top_drive.inertia * s + string + driven * control(top_drive.controller, s, held.interval))
 
 
 @dataclass(frozen=True)
