@@ -13,6 +13,7 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import Cause
+from drillid.discrepancy.rules import MEASURED_TAIL, STUDENT_TAIL
 
 COORDINATES = (
     "kappa",
@@ -42,9 +43,13 @@ RELATIVE = (2, 3, 8, 9)
 IMPEDANCES = (3, 5, 6, 8, 9)
 """Indices of the coordinates by which torques per speed grow: with all of these and the inertias of collars and bit
 times a factor, mobilities are divided by it."""
-HEAVY_TAILED: tuple[int, ...] = (3, 4, 5, 7, 8, 9)
-"""Indices of the coordinates whose values are now and then plainly wrong, as the drilling crew measures none of them:
-their prior is Student's t with STUDENT_TAIL degrees of freedom."""
+NOT_MEASURED = (3, 4, 5, 7, 8, 9)
+"""Indices of the coordinates that no one on the rig measures, so that their values are now and then plainly wrong."""
+MEASURED = (2, 10)
+"""Indices of the coordinates that are read on the rig, length and clock, and seldom wrong."""
+DEGREES = np.full(SHARED, np.inf)
+"""(14,) degrees of freedom of the coordinates' priors, which are Student's t; infinite where they are normal."""
+DEGREES[list(NOT_MEASURED)], DEGREES[list(MEASURED)] = STUDENT_TAIL, MEASURED_TAIL
 INTERVAL = COORDINATES.index("interval")
 """Index of the interval of the control."""
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])

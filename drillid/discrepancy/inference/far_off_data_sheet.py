@@ -16,9 +16,9 @@ from drillid.discrepancy.inference.heavy_tails import HeavyTailedFit, Optima
 from drillid.discrepancy.inference.projection import candidates, columns
 from drillid.discrepancy.inference.screen import root
 from drillid.discrepancy.inference.search import evidence_of_size
-from drillid.discrepancy.inference.set_fit import SetFit, normal_equations, off_cost
+from drillid.discrepancy.inference.set_fit import SetFit, normal_equations
 from drillid.discrepancy.inference.set_model import SetModel
-from drillid.discrepancy.rules import REJECTED_PULLS, STUDENT_TAIL, WIDE_PRIOR
+from drillid.discrepancy.rules import REJECTED_PULLS, WIDE_PRIOR
 
 _DRAWS = 2000
 """Number of data sheets drawn: a probability of one in a thousand is found to within a factor of two."""
@@ -34,11 +34,11 @@ def chance_of_evidence(
     wide = [WIDE_PRIOR * candidate.cause.size.typical for candidate in chosen]
     normal = normal_equations(model, base.point, (), columns(model, base, (), chosen))
     information = normal.eliminated()[0] - np.diag(normal.prior)
-    everything = HeavyTailedFit(information, np.append(model.prior_error, wide), model.heavy_tailed)
+    everything = HeavyTailedFit(information, model.priors.and_normal(np.array(wide)))
     true, right = _drawn(model, information, generator)
     rig = np.arange(SHARED)
     without = everything.of(rig).optima(right[:, rig], (np.zeros_like(true), true))
-    rejected = off_cost(without.at / model.prior_error, model.heavy_tailed).sum(axis=1) > REJECTED_PULLS
+    rejected = model.priors.cost(without.at / model.priors.error).sum(axis=1) > REJECTED_PULLS
     true, right, without = true[rejected], right[rejected], without.where(rejected)
     # as if the evidence at hand were one of the draws
     most = _most_evidence(everything, chosen, right, true, without)
@@ -63,8 +63,6 @@ def _most_evidence(
 
 def _drawn(model: SetModel, information: Floats, generator: np.random.Generator) -> tuple[Floats, Floats]:
     """Errors (N, 14) of the drawn data sheets, and right-hand sides (N, P) of data with noise."""
-    off, heavy = generator.standard_normal((_DRAWS, SHARED)), list(model.heavy_tailed)
-    off[:, heavy] = generator.standard_t(float(STUDENT_TAIL), (_DRAWS, len(heavy)))
-    true = off * model.prior_error
+    true = model.priors.drawn(_DRAWS, generator) * model.priors.error
     noise = generator.standard_normal((_DRAWS, len(information))) @ root(information).T
     return true, true @ information[:SHARED] + noise

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from drillid.arrays import Booleans, Floats, Indices
-from drillid.discrepancy.inference.set_fit import off_cost, prior_precision
+from drillid.discrepancy.inference.priors import Priors
 
 _ROUNDS = 12
 """Iterations of reweighted least squares from each start."""
@@ -41,10 +41,7 @@ class HeavyTailedFit:
 
     information: Floats
     """(P, P), I."""
-    error: Floats
-    """(P,) standard deviations or scales of the priors; infinite without one."""
-    heavy_tailed: tuple[int, ...]
-    """Indices of those whose prior is Student's t."""
+    priors: Priors
 
     def optima(self, right: Floats, starts: Sequence[Floats]) -> Optima:
         """The best fit from several starts, for each right-hand side.
@@ -60,14 +57,13 @@ class HeavyTailedFit:
 
     def of(self, coordinates: Indices) -> HeavyTailedFit:
         """The same in some of the coordinates, with the others held at zero."""
-        heavy = tuple(np.flatnonzero(np.isin(coordinates, self.heavy_tailed)).tolist())
-        return HeavyTailedFit(self.information[np.ix_(coordinates, coordinates)], self.error[coordinates], heavy)
+        return HeavyTailedFit(self.information[np.ix_(coordinates, coordinates)], self.priors.of(coordinates))
 
     def _descended(self, right: Floats, start: Floats) -> Optima:
         at: Floats = start
         for _ in range(_ROUNDS):
-            precision = prior_precision(at / self.error, self.error, self.heavy_tailed)
-            curvature = self.information + precision[..., None] * np.eye(self.error.size)
+            precision = self.priors.precision(at / self.priors.error)
+            curvature = self.information + precision[..., None] * np.eye(at.shape[-1])
             at = np.asarray(np.linalg.solve(curvature, right[..., None])[..., 0], dtype=float)
         squares = 0.5 * np.einsum("np,np->n", at @ self.information, at) - np.einsum("np,np->n", at, right)
-        return Optima(at, squares + off_cost(at / self.error, self.heavy_tailed).sum(axis=1), curvature)
+        return Optima(at, squares + self.priors.cost(at / self.priors.error).sum(axis=1), curvature)

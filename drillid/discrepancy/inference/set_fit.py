@@ -19,6 +19,7 @@ from drillid.discrepancy.inference.coordinates import (
     Point,
     fitted_shapes,
 )
+from drillid.discrepancy.inference.priors import Priors
 from drillid.discrepancy.inference.rows import Products, real_rows
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import OUTLIER_IMPROVEMENT, STUDENT_TAIL, WIDE_PRIOR
@@ -107,10 +108,8 @@ class SetFit:
     """Log determinant of the curvature in the windows' deviations with all else held."""
     off_data_sheet: Floats
     """(14,) offsets of the shared coordinates from their prior means, in prior standard deviations."""
-    heavy_tailed: tuple[int, ...]
-    """Indices of those whose prior is Student's t."""
-    prior_error: Floats
-    """(14,) standard deviation, or scale, of these priors."""
+    priors: Priors
+    """Priors of the shared coordinates."""
 
     @property
     def pulls(self) -> Floats:
@@ -126,7 +125,7 @@ class SetFit:
 
     @property
     def _off_costs(self) -> Floats:
-        return off_cost(self.off_data_sheet, self.heavy_tailed)
+        return self.priors.cost(self.off_data_sheet)
 
     @property
     def size_errors(self) -> Floats:
@@ -136,8 +135,8 @@ class SetFit:
         Student's t is that of a normal distribution half as wide again as its scale.
         """
         documented, sizes = list(DATA_SHEET), slice(SHARED, SHARED + self.point.sizes.size)
-        precision = prior_precision(self.off_data_sheet, self.prior_error, self.heavy_tailed)
-        wide = (_HEAVY * self.prior_error[documented]) ** -2.0
+        precision = self.priors.precision(self.off_data_sheet)
+        wide = (_HEAVY * self.priors.error[documented]) ** -2.0
         information = self.information.copy()
         information[documented, documented] -= np.maximum(precision[documented] - wide, 0.0)
         return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))[sizes]), dtype=float)
@@ -156,12 +155,11 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
 
     best = descend(expanded(model, within(start, extensions), extensions), steps_from, SET, SET_END, enough)
     point = best.point
-    off_data_sheet = (point.shared - model.prior_mean) / model.prior_error
+    off_data_sheet = (point.shared - model.prior_mean) / model.priors.error
     normal = best.normal.unbounded
     windows = float(np.linalg.slogdet(normal.corner)[1].sum())
     information = normal.eliminated()[0]
-    priors = off_data_sheet, model.heavy_tailed, model.prior_error
-    return SetFit(point, best.cost, best.chi2, information, windows, *priors)
+    return SetFit(point, best.cost, best.chi2, information, windows, off_data_sheet, model.priors)
 
 
 def fit_local(
@@ -269,7 +267,8 @@ def normal_equations(
     """
     linear = model.linearised(point, extensions)
     residual = linear.residual - bias
-    prior, pull = _priors(*_off_priors(model, point, extensions), model.heavy_tailed)
+    off, priors = _priors(model, point, extensions)
+    prior, pull = priors.precision(off), priors.pull(off)
     known, windows = prior.size, model.evidence.windows
     count = known + further.shape[1]
     total, border, own = np.zeros((count, count)), np.empty((windows, len(LOCAL), count)), np.empty((windows, count))
@@ -287,40 +286,12 @@ def normal_equations(
     return Normal(total, border, own, np.append(prior, more), np.append(pull, more), precision, point.local, below)
 
 
-def prior_precision(off: Floats, error: Floats, heavy_tailed: tuple[int, ...]) -> Floats:
-    """Precision (..., P) of the priors of shared coordinates, sizes and shapes at given offsets from their means.
-
-    Parameters
-    ----------
-    off : (..., P) offsets, in standard deviations
-    error : (P,) these standard deviations
-    """
-    precision = np.ones_like(off) * error**-2.0
-    heavy = list(heavy_tailed)
-    precision[..., heavy] *= (STUDENT_TAIL + 1) / (STUDENT_TAIL + off[..., heavy] ** 2)
-    return precision
-
-
-def _priors(off: Floats, error: Floats, heavy_tailed: tuple[int, ...]) -> tuple[Floats, Floats]:
-    """Precision of the priors about a point, and their right-hand side, each (P,)."""
-    precision = prior_precision(off, error, heavy_tailed)
-    return precision, -precision * off * error
-
-
-def _off_priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
-    """Offsets of shared coordinates, sizes and shapes from their prior means, in standard deviations, and these."""
+def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Priors]:
+    """Offsets (P,) of shared coordinates, sizes and shapes from the means of their priors, in errors, and the priors."""
     typical = np.array([WIDE_PRIOR * extension.cause.size.typical for extension in extensions])
     shapes = point.shapes[fitted_shapes(extensions)]
-    off = np.concatenate([(point.shared - model.prior_mean) / model.prior_error, point.sizes / typical, shapes])
-    return off, np.concatenate([model.prior_error, typical, np.ones(shapes.size)])
-
-
-def off_cost(off: Floats, heavy_tailed: tuple[int, ...]) -> Floats:
-    """Cost of each coordinate (..., P) that lies so many standard deviations off its prior mean."""
-    cost = 0.5 * off**2
-    heavy = list(heavy_tailed)
-    cost[..., heavy] = 0.5 * (STUDENT_TAIL + 1) * np.log1p(off[..., heavy] ** 2 / STUDENT_TAIL)
-    return np.asarray(cost, dtype=float)
+    off = np.concatenate([(point.shared - model.prior_mean) / model.priors.error, point.sizes / typical, shapes])
+    return off, model.priors.and_normal(np.append(typical, np.ones(shapes.size)))
 
 
 def _precision(model: SetModel, point: Point) -> Floats:
@@ -346,9 +317,9 @@ class Expansion:
 def expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> Expansion:
     """The model linearised about a point, with its cost there."""
     sums = model.products(point, extensions)
-    off, error = _off_priors(model, point, extensions)
-    prior, pull = _priors(off, error, model.heavy_tailed)
-    cost = float(np.sum(off_cost(off, model.heavy_tailed))) + float(np.sum(_window_costs(model, point, sums.squares)))
+    off, priors = _priors(model, point, extensions)
+    prior, pull = priors.precision(off), priors.pull(off)
+    cost = float(np.sum(priors.cost(off))) + float(np.sum(_window_costs(model, point, sums.squares)))
     normal = Normal(
         *(sums.each.sum(0), sums.each[:, list(LOCAL)], sums.own),
         *(prior, pull, _precision(model, point), point.local, below_zero(point)),

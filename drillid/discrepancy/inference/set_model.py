@@ -1,7 +1,7 @@
 """One model of a set of windows: its coordinates with their priors, and the causes by which it can be extended.
 
 Each coordinate has a prior: from the data sheets where they state a value, else as wide as rigs differ. It is Gaussian,
-or Student's t where a value is now and then plainly wrong.
+or Student's t where a value may be plainly wrong.
 """
 
 from collections.abc import Sequence
@@ -16,8 +16,8 @@ from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.catalogue import OperatingPoint, WindowModel
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.coordinates import (
+    DEGREES,
     DEVIATION,
-    HEAVY_TAILED,
     LOCAL,
     RELATIVE,
     SHARED,
@@ -27,6 +27,7 @@ from drillid.discrepancy.inference.coordinates import (
     fitted_shapes,
 )
 from drillid.discrepancy.inference.measured_rows import MeasuredRows
+from drillid.discrepancy.inference.priors import Priors
 from drillid.discrepancy.inference.rows import Linearised, Products
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
@@ -54,7 +55,6 @@ class SetModel:
     def __init__(self, evidence: Evidence, deviation: Floats = DEVIATION) -> None:
         self.evidence = evidence
         self.deviation = deviation
-        self.heavy_tailed = HEAVY_TAILED
         self.held: tuple[tuple[Extension, float, float], ...] = ()
         self.measured = MeasuredRows(evidence)
         sheet, fitted = evidence.data_sheet, evidence.fitted
@@ -62,7 +62,8 @@ class SetModel:
         self.length = np.where(np.isfinite(length), length, fitted[:, LENGTH, None])
         self.controller = sheet.controller
         self.polar_moment = sheet.polar_moment if np.isfinite(sheet.polar_moment_error) else _middle(fitted, 3)
-        self.prior_mean, self.prior_error = self._prior()
+        self.prior_mean, error = self._prior()
+        self.priors = Priors(error, DEGREES)
         torque = np.nan_to_num(evidence.operating_points.torque, nan=0.0)[:, None]
         self.operating_point = OperatingPoint(evidence.operating_points.speed[:, None], torque, self.length)
 
@@ -114,7 +115,7 @@ class SetModel:
 
     def expected(self) -> Point:
         """The point stated by the data sheets, and by the windows' own fits where these state nothing."""
-        fitted, unstated = self.start(), self.prior_error >= _WIDE
+        fitted, unstated = self.start(), self.priors.error >= _WIDE
         return Point(np.where(unstated, fitted.shared, self.prior_mean), fitted.local, fitted.sizes)
 
     def window_model(self, quantities: list[Any]) -> WindowModel:
@@ -154,7 +155,7 @@ class SetModel:
     def with_normal_priors(self) -> "SetModel":
         """The same model with normal priors instead of heavy-tailed ones."""
         normal = copy(self)
-        normal.heavy_tailed = ()
+        normal.priors = self.priors.all_normal()
         return normal
 
     def beside(self, measured: MeasuredRows) -> "SetModel":

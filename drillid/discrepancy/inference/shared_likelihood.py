@@ -29,7 +29,6 @@ from drillid.discrepancy.inference.set_fit import (
     fit_set,
     moved,
     normal_equations,
-    off_cost,
     within,
 )
 from drillid.discrepancy.inference.set_model import SetModel
@@ -139,7 +138,7 @@ def shared_likelihood(
     model = model.with_normal_priors()
     count, rig = len(candidates), RIG.size
     kept = SharedLikelihood(
-        prior_error=model.prior_error[RIG],
+        prior_error=model.priors.error[RIG],
         sizes=np.zeros((count, HELD)),
         coordinates=np.zeros((count, HELD, rig)),
         value=np.zeros((PARTS, count, HELD)),
@@ -347,7 +346,7 @@ class _Quadratic:
         )
         at = about.point.shared - model.prior_mean
         control = 0.5 * (float(sums.squares.sum()) - sums.mobility_chi2)
-        mobility = about.cost - float(np.sum(off_cost(at / model.prior_error, model.heavy_tailed)[RIG])) - control
+        mobility = about.cost - float(np.sum(model.priors.cost(at / model.priors.error)[RIG])) - control
         return cls(
             at[RIG],
             np.array([gained + more - mobility, of_control - control]),

@@ -10,8 +10,9 @@ from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import Size
 from drillid.discrepancy.inference.coordinates import DATA_SHEET, SHARED, Extension
 from drillid.discrepancy.inference.heavy_tails import HeavyTailedFit
-from drillid.discrepancy.inference.set_fit import SetFit, prior_precision
-from drillid.discrepancy.rules import WIDE_PRIOR
+from drillid.discrepancy.inference.priors import Priors
+from drillid.discrepancy.inference.set_fit import SetFit
+from drillid.discrepancy.rules import STUDENT_TAIL, WIDE_PRIOR
 
 _LEVEL = 0.95
 _TAILS = ((1 - _LEVEL) / 2, (1 + _LEVEL) / 2)
@@ -47,18 +48,20 @@ def fitted_size_interval(fit: SetFit, extensions: tuple[Extension, ...], place: 
 
 def _log_density(fit: SetFit, extensions: tuple[Extension, ...], index: int, values: Floats) -> Floats:
     """Log density of a size at N values (N,), up to a constant, with the prior that the fit used."""
-    at = np.append(fit.off_data_sheet * fit.prior_error, fit.point.coordinates(extensions)[SHARED:])
+    at = np.append(fit.off_data_sheet * fit.priors.error, fit.point.coordinates(extensions)[SHARED:])
     right = fit.information @ at
     information = fit.information.copy()
     rig = np.arange(SHARED)
-    information[rig, rig] -= prior_precision(fit.off_data_sheet, fit.prior_error, fit.heavy_tailed)
+    information[rig, rig] -= fit.priors.precision(fit.off_data_sheet)
     others = np.delete(np.arange(at.size), index)
-    error = np.append(fit.prior_error, np.full(at.size - SHARED, np.inf))
-    documented = tuple(sorted({*fit.heavy_tailed, *DATA_SHEET}))
-    equations = HeavyTailedFit(information, error, documented).of(others)
+    degrees = fit.priors.degrees.copy()
+    degrees[list(DATA_SHEET)] = STUDENT_TAIL
+    priors = Priors(fit.priors.error, degrees).and_normal(np.full(at.size - SHARED, np.inf))
+    equations = HeavyTailedFit(information, priors).of(others)
+    documented = np.flatnonzero(np.isfinite(degrees))
     rest = right[others] - values[:, None] * information[others, index]
     # disbelieve each data-sheet value in turn
-    starts = [np.zeros(others.size), *(_FAR * error[one] * (others == one) for one in documented)]
+    starts = [np.zeros(others.size), *(_FAR * priors.error[one] * (others == one) for one in documented)]
     optima = equations.optima(rest, [np.broadcast_to(start, rest.shape) for start in starts])
     squares = 0.5 * information[index, index] * values**2 - right[index] * values
     return np.asarray(-squares - optima.cost - 0.5 * optima.log_volume, dtype=float)

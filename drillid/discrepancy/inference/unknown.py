@@ -57,7 +57,7 @@ def directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], 
     """
     if channel == ON_DATA_SHEET:
         slopes = model.linearised(fit.point, extensions).jacobian[:, DATA_SHEET]
-        return np.asarray(slopes * model.prior_error[DATA_SHEET, None], dtype=complex)
+        return np.asarray(slopes * model.priors.error[DATA_SHEET, None], dtype=complex)
     basis = smooth_functions(model.evidence.frequency, FUNCTIONS)
     sensitivities = _sensitivity(model, fit, extensions, channel)
     real = model.measured.whitened(*(sensitivity[:, None] * basis for sensitivity in sensitivities))

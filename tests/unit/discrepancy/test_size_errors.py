@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from drillid.discrepancy.inference.coordinates import COORDINATES, HEAVY_TAILED, SHARED, Point
+from drillid.discrepancy.inference.coordinates import COORDINATES, DEGREES, SHARED, Point
+from drillid.discrepancy.inference.priors import Priors
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.statistics import TWO_SIDED
 
@@ -13,12 +14,12 @@ def size_error(coordinate: str, prior_error: float, data_error: float) -> float:
     place, error = COORDINATES.index(coordinate), np.ones(SHARED)
     error[place] = prior_error
     information = np.zeros((SHARED + 1, SHARED + 1))
-    curvature = (4 / 3 if place in HEAVY_TAILED else 1.0) / prior_error**2
+    curvature = (1 + 1 / DEGREES[place]) / prior_error**2
     np.fill_diagonal(information[:SHARED, :SHARED], 1.0)
     information[place, place] = curvature
     information[np.ix_([place, SHARED], [place, SHARED])] += data_error**-2
     point = Point(np.zeros(SHARED), np.zeros((1, 4)), np.array([0.0]), np.zeros(1))
-    fit = SetFit(point, 0.0, 0.0, information, 0.0, np.zeros(SHARED), HEAVY_TAILED, error)
+    fit = SetFit(point, 0.0, 0.0, information, 0.0, np.zeros(SHARED), Priors(error, DEGREES))
     return float(fit.size_errors[0])
 
 

@@ -6,9 +6,10 @@ from scipy.stats import norm, t
 
 from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import CATALOGUE, Size
-from drillid.discrepancy.inference.coordinates import COORDINATES, HEAVY_TAILED, SHARED, Extension, Point
+from drillid.discrepancy.inference.coordinates import COORDINATES, DEGREES, SHARED, Extension, Point
 from drillid.discrepancy.inference.heavy_tails import HeavyTailedFit
-from drillid.discrepancy.inference.set_fit import SetFit, prior_precision
+from drillid.discrepancy.inference.priors import Priors
+from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.size_posterior import fitted_size_interval, size_interval
 from drillid.discrepancy.rules import STUDENT_TAIL, WIDE_PRIOR
 
@@ -60,13 +61,15 @@ def _told_by_two_data_sheets(size: float, off: Floats, noise: Floats) -> SetFit:
     sums[[0, 1], gains], sums[:, SHARED] = 1.0, 1.0
     information, wide = sums.T @ sums / DATA_ERROR**2, WIDE_PRIOR * GAIN.cause.size.typical
     right = (size + off + noise) @ sums / DATA_ERROR**2
-    equations = HeavyTailedFit(information, np.append(error, wide), HEAVY_TAILED)
+    rig = Priors(error, DEGREES)
+    priors = rig.and_normal(np.array([wide]))
+    equations = HeavyTailedFit(information, priors)
     starts = np.zeros((3, SHARED + 1))
     starts[[1, 2], gains] = 1.0
     at = equations.optima(right[None], starts[:, None]).at[0]
     point, off_prior = Point(at[:SHARED], np.zeros((1, 4)), at[SHARED:], np.zeros(1)), at[:SHARED] / error
-    precision = np.append(prior_precision(off_prior, error, HEAVY_TAILED), wide**-2.0)
-    return SetFit(point, 0.0, 0.0, information + np.diag(precision), 0.0, off_prior, HEAVY_TAILED, error)
+    precision = priors.precision(at / priors.error)
+    return SetFit(point, 0.0, 0.0, information + np.diag(precision), 0.0, off_prior, rig)
 
 
 def _by_quadrature(seen: Floats) -> Floats:
