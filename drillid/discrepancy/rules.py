@@ -220,11 +220,17 @@ STUDENT_TAIL = Rule(
     "the heaviest tail with a variance (Lange, Little and Taylor 1989)",
     _PRODUCTS + "test_an_outlier_window_is_brought_back",
 )
-MEASURED_TAIL = Rule(
-    5.0,
-    "degrees of freedom of the errors of length and clock, which are read on the rig (Student's t)",
-    "series of careful measurements have tails of five to nine degrees (Jeffreys 1939): the heaviest of these",
-    _ENGINE + "test_a_length_that_fits_far_off_the_data_sheet_is_wrong_though_all_residuals_are_noise",
+UNDERSTATED = Rule(
+    0.1,
+    "share of the tolerances of length and clock that are understated",
+    "as much contamination as in Tukey's (1960) survey of sampling from contaminated normal distributions",
+    _ENGINE + "test_a_length_or_clock_within_four_tolerances_is_no_cause",
+)
+UNDERSTATED_BY = Rule(
+    2.0,
+    "factor by which such a tolerance is too small",
+    "tolerances are stated as one deviation or as two, and the one is mistaken for the other",
+    _ENGINE + "test_a_length_or_clock_within_four_tolerances_is_no_cause",
 )
 NEIGHBOURS_SHARE_VARIANCE = Rule(
     1.15,
@@ -368,7 +374,7 @@ NAMELESS_EVIDENCE = Rule(
 REJECTED_PULLS = Rule(
     8.0,
     "cost of the data sheet's pulls from which the base model is rejected whatever its residuals",
-    "13 tolerances of a value that no one measures, 8 of a length or clock: linear theory sees no pull so far out; "
+    "13 tolerances of a value that no one measures, 6 of a length or clock: linear theory sees no pull so far out; "
     "fits judge the causes",
     _ENGINE + "test_a_length_that_fits_far_off_the_data_sheet_is_wrong_though_all_residuals_are_noise",
 )

@@ -102,6 +102,7 @@ def descend(
     rule: Damping,
     end: Ending,
     enough: float = np.inf,
+    is_known: Callable[[State], bool] = lambda _: False,
 ) -> State:
     """Follow the cost downhill by damped steps; the cost of the result is never above that of the start.
 
@@ -109,6 +110,7 @@ def descend(
     ----------
     steps_from : trial steps from a state, as a function of the damping
     enough : cost asked for; a fit that falls too slowly to reach it is stopped
+    is_known : whether an optimum to which a state leads has been found before; the fit is stopped there
     """
     here, steps, accepted = start, steps_from(start), 0
     damping, growth = rule.first, rule.growth
@@ -118,6 +120,8 @@ def descend(
         if fall > 0:
             here, accepted = trial, accepted + 1
             if fall < max(end.fall, (here.cost - enough) / end.patience) or accepted == end.steps:
+                break
+            if is_known(here):
                 break
             steps = steps_from(here)
             damping, growth = lowered(rule, damping, 1.0)

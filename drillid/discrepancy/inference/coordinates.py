@@ -13,7 +13,7 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import Cause
-from drillid.discrepancy.rules import MEASURED_TAIL, STUDENT_TAIL
+from drillid.discrepancy.rules import STUDENT_TAIL
 
 COORDINATES = (
     "kappa",
@@ -45,11 +45,11 @@ IMPEDANCES = (3, 5, 6, 8, 9)
 times a factor, mobilities are divided by it."""
 NOT_MEASURED = (3, 4, 5, 7, 8, 9)
 """Indices of the coordinates that no one on the rig measures, so that their values are now and then plainly wrong."""
-MEASURED = (2, 10)
-"""Indices of the coordinates that are read on the rig, length and clock, and seldom wrong."""
 DEGREES = np.full(SHARED, np.inf)
 """(14,) degrees of freedom of the coordinates' priors, which are Student's t; infinite where they are normal."""
-DEGREES[list(NOT_MEASURED)], DEGREES[list(MEASURED)] = STUDENT_TAIL, MEASURED_TAIL
+DEGREES[list(NOT_MEASURED)] = STUDENT_TAIL
+MEASURED = np.isin(COORDINATES, ("length", "clock"))
+"""(14,) which coordinates are read on the rig: as exact as their tolerances say, if these can be trusted."""
 INTERVAL = COORDINATES.index("interval")
 """Index of the interval of the control."""
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])

@@ -269,9 +269,10 @@ class _CauseFitter:
         return self._fit_from(Extension(cause.extension.cause, shape), [cause.fit.point], cause.fit.cost)
 
     def _fit_from(self, further: Extension, points: Iterable[Point], least: float) -> FittedCause:
-        extensions, fits = (*self.extensions, further), []
+        extensions = (*self.extensions, further)
+        fits: list[SetFit] = []
         for point in points:
-            fits.append(fit_set(self.model, point, extensions, least + OUT_OF_REACH))
+            fits.append(fit_set(self.model, point, extensions, least + OUT_OF_REACH, fits))
             least = min(least, fits[-1].cost)
         best = min(fits, key=lambda fit: fit.cost)
         return FittedCause(further, best, _evidence(self.base, best, further.cause))

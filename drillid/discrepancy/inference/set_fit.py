@@ -1,6 +1,6 @@
 """Gauss–Newton fits of a set's model with the windows' deviations eliminated: effort is linear in the windows."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +28,8 @@ from drillid.statistics import TWO_SIDED, student
 
 _ROUNDS = 3
 """Rounds in which each window is restarted from the set's values."""
+_CLOSE = 2.0
+"""Cost above that of an optimum within which a point counts as there: one standard error."""
 _HEAVY = student(TWO_SIDED, STUDENT_TAIL) / TWO_SIDED
 """Standard deviation of the normal distribution whose central 95 % interval is that of Student's t of unit scale."""
 _PLACES, _UNIT = list(LOCAL), np.eye(len(LOCAL))
@@ -142,18 +144,28 @@ class SetFit:
         return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))[sizes]), dtype=float)
 
 
-def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (), enough: float = np.inf) -> SetFit:
+def fit_set(
+    model: SetModel,
+    start: Point,
+    extensions: tuple[Extension, ...] = (),
+    enough: float = np.inf,
+    found: Sequence[SetFit] = (),
+) -> SetFit:
     """Minimise the cost from a start; sizes stay within their physical bounds.
 
     Parameters
     ----------
     enough : cost of interest; a fit whose cost falls too slowly to reach it is stopped early
+    found : fits of the same model from other starts; a fit that comes close to the optimum of one is stopped there
     """
+
+    def is_known(about: Expansion) -> bool:
+        return any(_is_close(about, other, extensions) for other in found)
 
     def steps_from(about: Expansion) -> Callable[[float], Expansion]:
         return lambda damping: expanded(model, moved(about, extensions, damping), extensions)
 
-    best = descend(expanded(model, within(start, extensions), extensions), steps_from, SET, SET_END, enough)
+    best = descend(expanded(model, within(start, extensions), extensions), steps_from, SET, SET_END, enough, is_known)
     point = best.point
     off_data_sheet = (point.shared - model.prior_mean) / model.priors.error
     normal = best.normal.unbounded
@@ -312,6 +324,14 @@ class Expansion:
     def chi2(self) -> float:
         """Sum of squared residuals of the mobilities."""
         return self.sums.mobility_chi2
+
+
+def _is_close(about: Expansion, found: SetFit, extensions: tuple[Extension, ...]) -> bool:
+    """Whether a point lies within a standard error of an optimum, and its cost as little above the optimum's."""
+    if not 0 <= about.cost - found.cost < _CLOSE:
+        return False
+    off = about.point.coordinates(extensions) - found.point.coordinates(extensions)
+    return bool(0.5 * off @ found.information @ off < _CLOSE)
 
 
 def expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> Expansion:

@@ -1,7 +1,7 @@
 """One model of a set of windows: its coordinates with their priors, and the causes by which it can be extended.
 
 Each coordinate has a prior: from the data sheets where they state a value, else as wide as rigs differ. It is Gaussian,
-or Student's t where a value may be plainly wrong.
+with wider tails where a value or its tolerance may be wrong.
 """
 
 from collections.abc import Sequence
@@ -19,6 +19,7 @@ from drillid.discrepancy.inference.coordinates import (
     DEGREES,
     DEVIATION,
     LOCAL,
+    MEASURED,
     RELATIVE,
     SHARED,
     Extension,
@@ -63,7 +64,7 @@ class SetModel:
         self.controller = sheet.controller
         self.polar_moment = sheet.polar_moment if np.isfinite(sheet.polar_moment_error) else _middle(fitted, 3)
         self.prior_mean, error = self._prior()
-        self.priors = Priors(error, DEGREES)
+        self.priors = Priors(error, DEGREES, MEASURED)
         torque = np.nan_to_num(evidence.operating_points.torque, nan=0.0)[:, None]
         self.operating_point = OperatingPoint(evidence.operating_points.speed[:, None], torque, self.length)
 

@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
-from scipy.stats import kstest, norm, t
+from scipy.stats import Mixture, Normal, kstest, norm, t
 
 from drillid.discrepancy.inference.priors import Priors
+from drillid.discrepancy.rules import UNDERSTATED, UNDERSTATED_BY
 
-PRIORS = Priors(np.array([2.0, 0.5, 3.0]), np.array([3.0, np.inf, 5.0]))
-DISTRIBUTIONS = (t(3.0), norm(), t(5.0))
+PRIORS = Priors(np.array([2.0, 0.5, 3.0]), np.array([3.0, np.inf, np.inf]), np.array([False, False, True]))
+CONTAMINATED = Mixture([Normal(), Normal(sigma=float(UNDERSTATED_BY))], weights=[1 - UNDERSTATED, UNDERSTATED])
+DISTRIBUTIONS = (t(3.0), norm(), CONTAMINATED)
 OFF = np.array([[-7.0, 2.5, 4.0], [0.3, -1.0, -0.1]])
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drillid.discrepancy.inference.coordinates import COORDINATES, DEGREES, SHARED, Point
+from drillid.discrepancy.inference.coordinates import COORDINATES, DEGREES, MEASURED, SHARED, Point
 from drillid.discrepancy.inference.priors import Priors
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.statistics import TWO_SIDED
@@ -14,12 +14,11 @@ def size_error(coordinate: str, prior_error: float, data_error: float) -> float:
     place, error = COORDINATES.index(coordinate), np.ones(SHARED)
     error[place] = prior_error
     information = np.zeros((SHARED + 1, SHARED + 1))
-    curvature = (1 + 1 / DEGREES[place]) / prior_error**2
-    np.fill_diagonal(information[:SHARED, :SHARED], 1.0)
-    information[place, place] = curvature
+    priors = Priors(error, DEGREES, MEASURED)
+    np.fill_diagonal(information[:SHARED, :SHARED], priors.precision(np.zeros(SHARED)))
     information[np.ix_([place, SHARED], [place, SHARED])] += data_error**-2
     point = Point(np.zeros(SHARED), np.zeros((1, 4)), np.array([0.0]), np.zeros(1))
-    fit = SetFit(point, 0.0, 0.0, information, 0.0, np.zeros(SHARED), Priors(error, DEGREES))
+    fit = SetFit(point, 0.0, 0.0, information, 0.0, np.zeros(SHARED), priors)
     return float(fit.size_errors[0])
 
 

@@ -6,7 +6,7 @@ from scipy.stats import norm, t
 
 from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import CATALOGUE, Size
-from drillid.discrepancy.inference.coordinates import COORDINATES, DEGREES, SHARED, Extension, Point
+from drillid.discrepancy.inference.coordinates import COORDINATES, DEGREES, MEASURED, SHARED, Extension, Point
 from drillid.discrepancy.inference.heavy_tails import HeavyTailedFit
 from drillid.discrepancy.inference.priors import Priors
 from drillid.discrepancy.inference.set_fit import SetFit
@@ -61,7 +61,7 @@ def _told_by_two_data_sheets(size: float, off: Floats, noise: Floats) -> SetFit:
     sums[[0, 1], gains], sums[:, SHARED] = 1.0, 1.0
     information, wide = sums.T @ sums / DATA_ERROR**2, WIDE_PRIOR * GAIN.cause.size.typical
     right = (size + off + noise) @ sums / DATA_ERROR**2
-    rig = Priors(error, DEGREES)
+    rig = Priors(error, DEGREES, MEASURED)
     priors = rig.and_normal(np.array([wide]))
     equations = HeavyTailedFit(information, priors)
     starts = np.zeros((3, SHARED + 1))
