@@ -1,12 +1,12 @@
 """Independent priors of coordinates about their means: normal ones, and others for values that may be wrong.
 
-A value that no one measures is now and then plainly wrong: Student's t. One that is measured is as good as its tolerance
-says, but not every tolerance is to be trusted: a normal distribution, contaminated by a wider one (Tukey 1960).
+A value that no one measures is now and then plainly wrong: its error has Student's t. A measured one is as good as its
+tolerance says, but not every tolerance can be trusted: a normal distribution, contaminated by a wider one (Tukey 1960).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import expit
@@ -69,8 +69,7 @@ class Priors:
 
     def all_normal(self) -> Priors:
         """Normal ones with the same errors."""
-        normal = {"degrees": np.full_like(self.error, np.inf), "doubted": np.zeros_like(self.doubted)}
-        return replace(self, **normal)
+        return Priors(self.error, np.full_like(self.degrees, np.inf), np.zeros_like(self.doubted))
 
 
 def _log_odds(off: Floats | float) -> Floats:

@@ -299,7 +299,7 @@ def normal_equations(
 
 
 def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Priors]:
-    """Offsets (P,) of shared coordinates, sizes and shapes from the means of their priors, in errors, and the priors."""
+    """Offsets (P,) of coordinates, sizes and shapes from the means of their priors, in errors, and the priors."""
     typical = np.array([WIDE_PRIOR * extension.cause.size.typical for extension in extensions])
     shapes = point.shapes[fitted_shapes(extensions)]
     off = np.concatenate([(point.shared - model.prior_mean) / model.priors.error, point.sizes / typical, shapes])

@@ -56,7 +56,8 @@ def _log_density(fit: SetFit, extensions: tuple[Extension, ...], index: int, val
     others = np.delete(np.arange(at.size), index)
     degrees = fit.priors.degrees.copy()
     degrees[list(DATA_SHEET)] = STUDENT_TAIL
-    priors = Priors(fit.priors.error, degrees, np.zeros(SHARED, dtype=bool)).and_normal(np.full(at.size - SHARED, np.inf))
+    rig_priors = Priors(fit.priors.error, degrees, np.zeros(SHARED, dtype=bool))
+    priors = rig_priors.and_normal(np.full(at.size - SHARED, np.inf))
     equations = HeavyTailedFit(information, priors).of(others)
     documented = np.flatnonzero(np.isfinite(degrees))
     rest = right[others] - values[:, None] * information[others, index]

@@ -159,3 +159,7 @@ def test_steps_and_trials_are_limited() -> None:
 def test_a_fit_that_falls_too_slowly_to_the_cost_asked_for_is_left(enough: float, steps: int) -> None:
     """Ten falls like the last must reach it; a fit that is asked for no cost goes on."""
     assert 1.0 - descend(Flat(), falling(1.0), SET, SET_END, enough).cost == steps
+
+
+def test_a_fit_that_comes_where_another_one_ended_is_left() -> None:
+    assert descend(Flat(), falling(1.0), SET, SET_END, is_known=lambda here: here.cost <= -4.0).cost == -4.0
