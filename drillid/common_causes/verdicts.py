@@ -18,7 +18,8 @@ from drillid.discrepancy.rules import CLASS_MASS, SISTERS_SEE
 from drillid.discrepancy.verdicts.naming import class_evidence, class_name
 from drillid.discrepancy.verdicts.verdict import NONE
 
-SHARES, LONE, WITHDRAWN, UNSEEN = "shares it", "this log only", "withdrawn", "the others cannot tell"
+SHARES, LONE, WITHDRAWN = "shares it", "this log only", "withdrawn"
+UNSEEN, UNSEEING = "the others cannot tell", "cannot tell"
 AT_BOUND = "at_bound"
 
 
@@ -224,9 +225,11 @@ def _refused(shared: str, name: str, cause: CommonCause) -> Standing:
 def _sharing(shared: str, name: str, well: str, cause: CommonCause, row: int) -> Standing:
     deviation = float(cause.deviations[row])
     size = abs(cause.size) * float(np.sqrt(cause.precision[row]))
-    reason = f"the common size is {size:.1f} of its own standard errors"
+    standing, reason = SHARES, f"the common size is {size:.1f} of its own standard errors"
+    if not size > 0:
+        standing, reason = UNSEEING, "its data do not show a cause of this size"
     return Standing(
-        shared, name, well, cause.extension.cause.name, SHARES, deviation, float(cause.alone[row]), reason
+        shared, name, well, cause.extension.cause.name, standing, deviation, float(cause.alone[row]), reason
     )  # fmt: skip
 
 
@@ -238,9 +241,13 @@ def _beside_sisters(
     if not own:
         return []
     cause = max(own, key=lambda each: float(each.alone[row]))
-    sight = abs(stated.size) * float(np.sqrt(np.delete(cause.precision, row).sum()))
+    # of a class one member has the size that is stated
+    sized = next((each for each in own if each.extension.cause.name == stated.cause), None)
+    sight = abs(stated.size) * float(np.sqrt(np.delete(sized.precision, row).sum())) if sized else float("nan")
     evidence = float(cause.alone[row])
-    if not sight >= SISTERS_SEE:
+    if np.isnan(sight):
+        standing, reason = UNSEEN, "the data of the others cannot be compared, as its size is not known"
+    elif sight < SISTERS_SEE:
         standing, reason = UNSEEN, f"in the data of all others such a size is {sight:.1f} standard errors"
     elif evidence > 0:
         standing = LONE

@@ -155,3 +155,11 @@ FIGURES = {
     ),
 }
 """Every figure of a well, in the order of the report."""
+
+
+def share(part: float, whole: float) -> str:
+    """A share in percent; never rounded to 0 or 100 % unless exact, and a dash where the whole is nothing."""
+    if not whole:
+        return "–"
+    percent = 100 * part / whole
+    return "> 99 %" if 99 < percent < 100 else "< 1 %" if 0 < percent < 1 else f"{percent:.0f} %"

@@ -11,6 +11,7 @@ from matplotlib.patches import Patch
 
 from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import words_of
+from drillid.figures.captions import share
 from drillid.figures.data import WellResults, shown_set, shown_sets
 from drillid.figures.layout import TITLED, Margins, colour_bar, new_figure, panels, room_for, room_for_marks
 from drillid.figures.style import DATA_SHEET, FLAGGED, INK, MUTED, NO_DATA, ROOM, depth_axis
@@ -65,10 +66,7 @@ def set_title(results: WellResults, number: int) -> str:
     verdict = words_of(first["verdict"])
     place = f" at {first['from_m']:.0f}–{first['to_m']:.0f} m" if _narrower(first, begin, end) else ""
     more = f", and {len(chosen) - 1} more" if len(chosen) > 1 else ""
-    # no probability is rounded to zero or one
-    percent = 100 * first["probability"]
-    probability = "> 99" if percent >= 99.5 else "< 1" if percent < 0.5 else f"{percent:.0f}"
-    return f"{words}: {verdict}{place}, {probability} %{more}"
+    return f"{words}: {verdict}{place}, {share(first['probability'], 1.0)}{more}"
 
 
 def _narrower(row: pd.Series, begin: float, end: float) -> bool:

@@ -158,11 +158,10 @@ def _stick_slip(well: WellReport) -> list[Item]:
     rotation = QUANTITIES["rotation"]
     remedy = "set the speed control as advised" if well.control else "have the speed control tuned"
     share = risk.windows / max(risk.judged, 1)
-    below = f"{risk.windows} of {risk.judged} windows are below their limit."
-    if risk.lowest == math.inf:
-        lead = Markup("Risk of stick-slip at every speed: reduce the weight on bit or {}.").format(remedy)
-        more = Markup("With a bit of the stated torque no speed is stable; {}").format(below)
-        return [Item(LOOK, "Stick-slip", lead, more, risk.from_m, risk.to_m, share, "control")]
+    below = f"{risk.windows} of {risk.judged} windows {'is below its' if risk.windows == 1 else 'are below their'} limit."
+    if risk.unstable:
+        lead, more = _at_every_speed(risk, remedy)
+        return [Item(LOOK, "Stick-slip", lead, more + below, risk.from_m, risk.to_m, share, "control")]
     lead = Markup("Risk of stick-slip: raise the speed, reduce the weight on bit or {}.").format(remedy)
     speeds = (risk.speed, risk.lowest)
     # as many decimal places as tell the two apart
@@ -170,6 +169,16 @@ def _stick_slip(well: WellReport) -> list[Item]:
     speed, lowest = (rotation.text(each, more=places) for each in speeds)
     more = Markup("{} where a bit with the stated torque needs {}; {}").format(speed, lowest, below)
     return [Item(LOOK, "Stick-slip", lead, more, risk.from_m, risk.to_m, share, "control")]
+
+
+def _at_every_speed(risk: StickSlip, remedy: str) -> tuple[Markup, Markup]:
+    """Lead of windows in which no speed is stable, and why that is so."""
+    where = "" if risk.unstable == risk.windows else f", in {risk.unstable} of {risk.windows} windows"
+    remedies = remedy if risk.at_any_weight else f"reduce the weight on bit or {remedy}"
+    lead = Markup("Risk of stick-slip{} at every speed: {}.").format(where, remedies)
+    if risk.at_any_weight:
+        return lead, Markup("The bit feeds vibration by itself, whatever the weight on it; ")
+    return lead, Markup("With a bit of the stated torque no speed is stable there; ")
 
 
 def _rejections(well: WellReport) -> list[Item]:

@@ -120,14 +120,6 @@ def digits(value: float, count: int = 3) -> str:
     return f"{value:.{count}g}".replace("-", "\u2212")
 
 
-def share(part: float, whole: float) -> str:
-    """A share in percent; never rounded to 0 or 100 % unless exact."""
-    if not whole:
-        return MISSING
-    percent = 100 * part / whole
-    return "> 99 %" if 99.5 <= percent < 100 else "< 1 %" if 0 < percent < 0.5 else f"{percent:.0f} %"
-
-
 def size_text(value: float, unit: str, count: int = 3) -> Markup:
     """The size of a cause without its sign, in units that one feels.
 

@@ -11,10 +11,10 @@ from urllib.parse import quote
 import numpy as np
 
 from drillid.discrepancy.catalogue import words_of
-from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES
+from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES, share
 from drillid.report.attention import URGENCY, interval_explanation, interval_gain, interval_lead, interval_text
 from drillid.report.content import joined
-from drillid.report.quantities import MISSING, QUANTITIES, both, number, share
+from drillid.report.quantities import MISSING, QUANTITIES, both, number
 from drillid.report.sentences import (
     data_sheet_verdict,
     deviations_text,

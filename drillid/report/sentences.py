@@ -74,7 +74,7 @@ def rejections_text(well: WellReport) -> str:
     if results is None or not well.rejected:
         return ""
     reasons = "; ".join(f"{windows} because {reason}" for reason, windows in results.rejections.most_common())
-    return f"{well.rejected} of {results.windows} fits are not accepted: {reasons}."
+    return f"{well.rejected} of {results.windows} fits {'is' if well.rejected == 1 else 'are'} not accepted: {reasons}."
 
 
 def problem_sentence(row: Mapping[Any, Any]) -> Markup:

@@ -13,9 +13,10 @@ from markupsafe import Markup
 from drillid.datasets.registry import CHANGES
 from drillid.depth.changes import has_earlier_report, read_changes
 from drillid.discrepancy.catalogue import words_of
+from drillid.figures.captions import share
 from drillid.figures.data import WellResults
 from drillid.report.attention import NOTE, URGENCY, Item, items
-from drillid.report.quantities import MISSING, QUANTITIES, number, share
+from drillid.report.quantities import MISSING, QUANTITIES, number
 from drillid.report.sentences import data_sheet_verdict
 from drillid.report.thumbnails import depth_track
 from drillid.report.well_report import WellReport
@@ -116,7 +117,9 @@ def _change(row: Mapping[Any, Any]) -> dict[str, Any]:
     if not pd.isna(row["count"]):
         number_of = int(row["count"])
         what = f"{number_of} {words.removesuffix('s')}{'s' if number_of != 1 else ''}"
-    texts = [words_of(str(row[name])) for name in ("before", "now") if str(row[name])]
+    # names of causes are spoken; those of files and columns are kept
+    spoken = words_of if kind.endswith("verdict") else str
+    texts = [spoken(str(row[name])) for name in ("before", "now") if str(row[name])]
     return {
         "well": str(row["well"]),
         "kind": words,

@@ -12,11 +12,12 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from drillid.discrepancy import EVIDENCE
-from drillid.discrepancy.catalogue import CATALOGUE, words_of
+from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, words_of
 from drillid.discrepancy.catalogue.time import risen
 from drillid.discrepancy.rules import EVEN_ODDS
 from drillid.discrepancy.sets import read_verdicts
 from drillid.discrepancy.verdicts.verdict import LEARNT, NONE, UNKNOWN, UNPROVED
+from drillid.figures.captions import share
 from drillid.report.quantities import QUANTITIES, digits, number, size_text
 from drillid.units import RPM
 
@@ -26,10 +27,10 @@ if TYPE_CHECKING:
     from drillid.arrays import Floats
     from drillid.datasets.store import WellFolders
     from drillid.discrepancy.catalogue import Cause
+    from drillid.discrepancy.catalogue.symptoms import Symptom
 
 _UNKNOWN_ACTION = "Rely less on the model at these depths, and have the part of the rig named here inspected."
 _CLEAR, _LIKELY = 0.95, 0.8
-_NEARLY_ONE = 0.99
 _FALLS = 0.98
 """Ratio of prediction errors below which one is told to fall, or to rise from the other."""
 _SIGNED = (
@@ -77,14 +78,15 @@ class Prediction:
         moved = (
             f"It changes the predicted speed of the top drive by {change} rpm. " if self.change == self.change else ""
         )
+        known = f" the noise is {noise} rpm" if self.noise == self.noise else ""
         if self.extended < _FALLS * self.base:
-            return Markup(
-                "{}In a held-out window the error of the predicted speed falls from {} to {} rpm; the noise is {} rpm."
-            ).format(moved, base, extended, noise)
+            return Markup("{}In a held-out window the error of the predicted speed falls from {} to {} rpm{}.").format(
+                moved, base, extended, known and f";{known}"
+            )
         rises = self.base < _FALLS * self.extended
         error = Markup("rises from {} to {}").format(base, extended) if rises else Markup("stays at {}").format(base)
-        return Markup("{}A single held-out window does not show it: the error {} rpm, the noise is {} rpm.").format(
-            moved, error, noise
+        return Markup("{}A single held-out window does not show it: the error {} rpm{}.").format(
+            moved, error, known and f",{known}"
         )
 
 
@@ -191,9 +193,21 @@ def verdict_text(row: Mapping[Any, Any], sets: Sequence[SetText] = ()) -> Verdic
         action="" if kind in ("none", "unproved") else _action(row),
         probability=float(row["probability"]),
         family=str(row["family"]),
-        decisive="" if kind in ("none", "unproved", "unknown") else str(row["what_would_separate"]),
+        decisive=_decisive(row, kind),
         learnt=_learnt(row),
     )
+
+
+def _decisive(row: Mapping[Any, Any], kind: str) -> str:
+    """Of something unknown, only a symptom's verdict tells what would decide it; the others tell where it shows."""
+    if kind in ("none", "unproved") or (kind == "unknown" and _symptom(row) is None):
+        return ""
+    return str(row["what_would_separate"])
+
+
+def _symptom(row: Mapping[Any, Any]) -> Symptom | None:
+    """The symptom that a verdict is on; None where it is on none."""
+    return next((each for each in SYMPTOMS.values() if str(row["evidence"]).startswith(each.meaning)), None)
 
 
 def _kind(row: Mapping[Any, Any]) -> str:
@@ -284,7 +298,8 @@ def _joined(clauses: Sequence[Markup], word: str) -> Markup:
 
 def _lead(row: Mapping[Any, Any]) -> Markup:
     if row["verdict"] == UNKNOWN:
-        place = row["what_would_separate"] or f"in the part called {row['family']}"
+        symptom = _symptom(row)
+        place = symptom.meaning if symptom else row["what_would_separate"] or f"in the part called {row['family']}"
         status = "that no known cause explains" if UNPROVED not in row["evidence"] else "whose cause is not proved yet"
         verb = "is" if float(row["probability"]) >= EVEN_ODDS else "may be"
         return Markup("Something {} wrong {}: {}.").format(verb, status, place)
@@ -368,7 +383,7 @@ def _doubt(row: Mapping[Any, Any], kind: str) -> str:
     if kind == "unknown":
         return (
             f"The probability that no known cause is behind it is {chance}. This gives a place but no cause: more "
-            "windows, or the measurement advised below, may identify it."
+            "windows, or the measurement that is advised, may identify it."
         )
     word = "Clear" if row["probability"] >= _CLEAR else "Likely" if row["probability"] >= _LIKELY else "Doubtful"
     return f"{word}: the probability is {chance}."
@@ -376,9 +391,7 @@ def _doubt(row: Mapping[Any, Any], kind: str) -> str:
 
 def percent(probability: float) -> str:
     """A probability for readers; near zero or one, the limit that it is beyond."""
-    if probability > _NEARLY_ONE:
-        return "above 99 %"
-    return "below 1 %" if probability < 1 - _NEARLY_ONE else f"{100 * probability:.0f} %"
+    return share(probability, 1.0).replace(">", "above").replace("<", "below")
 
 
 def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:

@@ -44,6 +44,10 @@ class StickSlip:
     """The lowest stable speed there; infinite where no speed is stable."""
     from_m: float
     to_m: float
+    unstable: int = 0
+    """Windows in which no speed is stable."""
+    at_any_weight: bool = False
+    """Whether the bit feeds vibration in all of these by itself, whatever the weight on it."""
 
 
 @dataclass(frozen=True)
@@ -191,7 +195,7 @@ def stick_slip(depth: xr.Dataset, speed: Floats) -> StickSlip | None:
     if not below.any():
         return None
     worst = int(np.argmax(np.where(below, lowest - speed, -np.inf)))
-    place = depth["depth"].values[below]
+    place, never = depth["depth"].values[below], np.isposinf(lowest)
     return StickSlip(
         int(below.sum()),
         int((~np.isnan(lowest)).sum()),
@@ -199,6 +203,8 @@ def stick_slip(depth: xr.Dataset, speed: Floats) -> StickSlip | None:
         float(lowest[worst]),
         float(place.min()),
         float(place.max()),
+        int(never.sum()),
+        bool(never.any() and np.all(depth["critical_slope"].values[never] < 0)),
     )
 
 

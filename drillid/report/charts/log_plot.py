@@ -274,9 +274,22 @@ class _Tracks:
             limit = Line(x="lowest_rotation", y="depth", line_width=2, line_dash="dashed")
             drawn(track, self.windows, limit, line_color="named")
             rows.append(("Lowest stable speed", "@lowest_rotation{0}", "rotation"))
+        if rotation:
+            self._draw_unstable(track)
         track.add_tools(hover([*rows, *_place()], [dots]))
         label_axis(track.xaxis[0], _wrapped(channel.name), channel.quantity)
         set_ticks(track, channel.quantity)
+
+    def _draw_unstable(self, track: Any) -> None:
+        """The windows in which no speed is stable."""
+        never = np.isposinf(self.windows.data["lowest_rotation"])
+        if not never.any():
+            return
+        ends = {side: np.asarray(self.windows.data[f"cell_{side}"])[never] for side in ("top", "bottom")}
+        strips = HStrip(y0="top", y1="bottom", fill_alpha=0.15, line_alpha=0.0, hatch_pattern="x", hatch_alpha=0.4)
+        data = source(ends, dict.fromkeys(ends, "depth"))
+        bars = drawn(track, data, strips, fill_color="named", hatch_color="named")
+        track.add_tools(hover([("Lowest stable speed", "none", "")], [bars]))
 
     def parameter(self, name: str) -> None:
         """A parameter window by window with its intervals, and from all windows together with its band."""
@@ -284,7 +297,10 @@ class _Tracks:
         quantity = PARAMETER_QUANTITIES[name]
         used = np.asarray(data["accepted"]) == "accepted"
         held = [np.asarray(data[f"{name}_joint{end}"]) for end in ("_lower", "_upper")]
-        across = value_range(np.asarray(data[name])[used], *held, quantity=quantity)
+        flagged = np.asarray(data["marker"]) == "triangle"
+        kept = np.concatenate([np.asarray(data[column])[flagged] for column in (name, f"{name}_joint")])
+        told = np.asarray(data[name])[used if used.any() else slice(None)]
+        across = value_range(told, *held, quantity=quantity, kept=kept)
         track = self._new(_WIDE, across)
         band = HArea(x1=f"{name}_joint_lower", x2=f"{name}_joint_upper", y="depth", fill_alpha=0.3)
         drawn(track, self.windows, band, fill_color="joint")

@@ -86,7 +86,8 @@ def map_charts(results: WellResults, maps: Maps, rows: ColumnDataSource, depths:
         image = drawn(chart, rows, Image(image=name, y="cell_top", dh="cell_height", color_mapper=mapper, **across))
         if not over_time and not name.startswith("residual"):
             _mode_lines(chart, maps, rows)
-        _finish(chart, image, "mobility" if name in _MOBILITIES else "standard deviations", "s" if over_time else "Hz")
+        quantity = "mobility" if name in _MOBILITIES else "standard deviations"
+        _finish(chart, image, name, quantity, "s" if over_time else "Hz")
         charts[name] = chart
     return charts
 
@@ -129,7 +130,7 @@ def _mode_lines(chart: Any, maps: Maps, rows: ColumnDataSource) -> None:
     drawn(chart, modes, Segment(x0="frequency", x1="frequency", y0="top", y1="bottom", **look))
 
 
-def _finish(chart: Any, image: Any, quantity: str, across: str) -> None:
+def _finish(chart: Any, image: Any, name: str, quantity: str, across: str) -> None:
     mapper, scales = image.glyph.color_mapper, QUANTITIES.get(quantity)
     titles = (quantity, quantity) if scales is None else (scales.metric.shown, scales.oilfield.shown)
     bar = ColorBar(color_mapper=mapper, title=titles[0], width=10, padding=4, title_text_font_size="10px")
@@ -146,7 +147,7 @@ def _finish(chart: Any, image: Any, quantity: str, across: str) -> None:
         chart.xaxis[0].update(ticker=FixedTicker(ticks=list(TICKS)))
     label_axis(chart.yaxis[0], "Measured depth", "depth", joint=" ")
     place = "Frequency" if across == "Hz" else "Time"
-    rows = [("Value", "@image{0.000}", quantity), (place, "$x{0.00}", across), ("Depth", "@depth{0.0}", "depth")]
+    rows = [("Value", f"@{name}{{0.000}}", quantity), (place, "$x{0.00}", across), ("Depth", "@depth{0.0}", "depth")]
     chart.add_tools(hover([*rows, ("Window", "@window", "")], [image]))
     for grid in chart.grid:
         grid.update(visible=False)

@@ -52,6 +52,9 @@ def tagged(
     return model
 
 
+_NOTHING = np.array([])
+
+
 def depth_range(top: float, bottom: float) -> Range1d:
     """Depth downwards, shared by all charts of a well; metric at first."""
     room = ROOM / 2 * (bottom - top) or 1.0
@@ -60,17 +63,22 @@ def depth_range(top: float, bottom: float) -> Range1d:
     return tagged(Range1d(*reach, bounds=limits), scale=QUANTITIES["depth"].per_metric)
 
 
-def value_range(*values: Floats, quantity: str = "", zero: bool = False, share: float = 2.0) -> Range1d:
+def value_range(
+    *values: Floats, quantity: str = "", zero: bool = False, share: float = 2.0, kept: Floats = _NOTHING
+) -> Range1d:
     """Range that holds all values but the outermost few.
 
     Parameters
     ----------
     zero : begin at zero
     share : of the values, percent, that may lie beyond either end
+    kept : further values (N,) that may not
     """
     pooled = np.concatenate([np.ravel(each) for each in values]) if values else np.array([])
     finite = pooled[np.isfinite(pooled)]
     low, high = (0.0, 1.0) if not finite.size else np.percentile(finite, [share, 100 - share])
+    kept = kept[np.isfinite(kept)]
+    low, high = np.min([low, *kept]), np.max([high, *kept])
     if zero:
         low = min(0.0, low)
     # a channel that hardly changes is a straight line

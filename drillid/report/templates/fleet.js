@@ -19,7 +19,7 @@ function filter() {
     row.hidden = !matches(row, words, "") || (kind && !row.dataset.kinds.split("|").includes(kind));
     wells += row.hidden ? 0 : 1;
   }
-  document.getElementById("count").textContent = `${shown} items and ${wells} wells shown`;
+  document.getElementById("count").textContent = `${shown} item${shown === 1 ? "" : "s"} and ${wells} well${wells === 1 ? "" : "s"} shown`;
 }
 
 function valueOf(row, column) {

@@ -111,6 +111,13 @@ def test_sisters_that_cannot_see_a_cause_contradict_nothing() -> None:
     assert [(each.well, each.standing) for each in result.standings] == [("W1", UNSEEN)]
 
 
+def test_a_size_that_is_not_known_is_compared_with_nothing() -> None:
+    own = {"W1": [OwnVerdict(("drive_lag",), "drive_lag", float("nan"))]}
+    (found,) = judged(fleet(31, 3, error=0.2), own).standings
+    assert found.standing == UNSEEN
+    assert "nan" not in found.reason
+
+
 def test_wells_share_what_is_named_for_their_rig() -> None:
     result = judged(fleet(41, 5, {LAG: np.full(5, 0.012)}, error=0.003))
     assert result.verdict.cause == "drive_lag"

@@ -32,7 +32,8 @@ from drillid.report.content import (
     weighted_mean,
     without_windows,
 )
-from drillid.report.quantities import QUANTITIES, number, share, size_text
+from drillid.figures.captions import share
+from drillid.report.quantities import QUANTITIES, number, size_text
 from drillid.report.rendering import bar_length
 from drillid.report.sentences import data_sheet_verdict, deviations_text, error_text, estimate_text
 from drillid.report.verdicts import verdict_text
@@ -215,17 +216,37 @@ def test_a_speed_below_its_limit_does_not_read_the_same() -> None:
         assert item.more.startswith(said)
 
 
-def test_windows_that_no_speed_makes_stable_are_told() -> None:
-    depth = xr.Dataset(
-        {"lowest_stable_speed": ("depth", np.array([np.nan, np.inf, 130 * RPM, 100 * RPM]))},
-        {"depth": [1000.0, 1010.0, 1020.0, 1030.0]},
-    )
-    risk = stick_slip(depth, np.full(4, 119 * RPM))
+@pytest.mark.parametrize(
+    ("lowest", "slope", "lead", "why"),
+    [
+        (
+            [np.nan, np.inf, np.inf],
+            20.0,
+            "Risk of stick-slip at every speed: reduce the weight on bit or have the speed control tuned.",
+            "With a bit of the stated torque no speed is stable there; 2 of 2 windows are below their limit.",
+        ),
+        (
+            [130.0, np.inf, 100.0],
+            20.0,
+            "Risk of stick-slip, in 1 of 2 windows at every speed: reduce the weight on bit or have the speed control "
+            "tuned.",
+            "With a bit of the stated torque no speed is stable there; 2 of 3 windows are below their limit.",
+        ),
+        (
+            [np.nan, np.inf, 100.0],
+            -60.0,
+            "Risk of stick-slip at every speed: have the speed control tuned.",
+            "The bit feeds vibration by itself, whatever the weight on it; 1 of 2 windows is below its limit.",
+        ),
+    ],
+)
+def test_windows_that_no_speed_makes_stable_are_told(lowest: list[float], slope: float, lead: str, why: str) -> None:
+    limits = {"lowest_stable_speed": np.array(lowest) * RPM, "critical_slope": np.full(3, slope)}
+    depth = xr.Dataset({name: ("depth", value) for name, value in limits.items()}, {"depth": [1000.0, 1010.0, 1020.0]})
+    risk = stick_slip(depth, np.full(3, 119 * RPM))
     assert risk is not None
-    assert (risk.windows, risk.judged, risk.from_m, risk.to_m) == (2, 3, 1010.0, 1020.0)
     (item,) = (each for each in items(replace(WELL, stick_slip=risk)) if each.kind == "Stick-slip")
-    assert item.lead == "Risk of stick-slip at every speed: reduce the weight on bit or have the speed control tuned."
-    assert item.more == "With a bit of the stated torque no speed is stable; 2 of 3 windows are below their limit."
+    assert (item.lead, item.more) == (lead, why)
 
 
 def test_windows_that_overlap_count_their_time_once() -> None:
@@ -291,10 +312,12 @@ def test_numbers_are_written_for_readers() -> None:
         "0",
         "–",
     ]
-    assert [share(*parts) for parts in ((1, 1), (999, 1000), (1, 1000), (0, 9), (1, 0))] == [
+    assert [share(*parts) for parts in ((1, 1), (999, 1000), (1, 1000), (1, 200), (1, 100), (0, 9), (1, 0))] == [
         "100 %",
         "> 99 %",
         "< 1 %",
+        "< 1 %",
+        "1 %",
         "0 %",
         "–",
     ]

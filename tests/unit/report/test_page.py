@@ -258,13 +258,20 @@ def test_what_is_new_since_the_last_report_is_first(tmp_path: Path) -> None:
     }
     one = {"well": "A", "change": "removed_windows", "count": 1, "from_m": 990.0, "to_m": 993.0, "reason": ""}
     kinds = [{"well": "A", "change": "new_problem", "count": count, "now": f"kind {count}"} for count in (1, 2)]
-    changes = pd.DataFrame([row, one, *kinds], columns=list(CHANGE_COLUMNS))
+    failed = {"well": "A", "change": "failed", "now": "records: stand_04|b.csv: column HOOK_LOAD is missing"}
+    changes = pd.DataFrame([row, one, *kinds, failed], columns=list(CHANGE_COLUMNS))
     write_table(changes, fleet.results / "changes.csv")
     fleet.write()
     said = text(fleet.page())
     assert "New since the last report A : 3 new windows at 1000–1030 m reason: new log c.csv" in said
     assert "A : 1 removed window at 990–993 m" in said
     assert "A : 1 new problem: kind 1 A : 2 new problems: kind 2" in said
+    assert "stand_04|b.csv: column HOOK_LOAD is missing" in said
+
+
+def test_a_page_without_scripts_shows_the_figure_only_if_there_is_one(fleet: Fleet) -> None:
+    page, figure = fleet.page("W1"), fleet.results / "figures/W1/parameters.png"
+    assert ("parameters.png" in page) == figure.exists()
 
 
 def test_a_first_report_says_so_and_a_later_one_that_nothing_has_changed(tmp_path: Path) -> None:

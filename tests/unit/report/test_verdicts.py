@@ -9,9 +9,10 @@ import pytest
 from markupsafe import Markup
 
 from drillid.discrepancy import CATALOGUE, Verdict
+from drillid.discrepancy.catalogue import SYMPTOMS
 from drillid.discrepancy.catalogue.time import rise
 from drillid.discrepancy.sets import verdict_table
-from drillid.discrepancy.verdicts.verdict import UNPROVED
+from drillid.discrepancy.verdicts.verdict import UNKNOWN, UNPROVED
 from drillid.report.content import Drilled
 from drillid.report.verdicts import Prediction, SetText, Visible, percent, verdict_text, verdict_texts
 from drillid.report.well_report import WellReport
@@ -219,3 +220,31 @@ def test_what_was_learnt_is_told_apart_from_the_evidence() -> None:
     assert told.learnt == "An inertia hangs on the string by a spring."
     assert told.evidence.startswith("A p-value of 1e-9.")
     assert not verdict_text(row(LAG)).learnt
+
+
+@pytest.mark.parametrize("name", list(SYMPTOMS))
+def test_a_symptom_is_what_is_wrong_and_its_measurement_what_would_decide_it(name: str) -> None:
+    symptom = SYMPTOMS[name]
+    words = verdict_text(
+        row(
+            Verdict(
+                UNKNOWN,
+                symptom.family,
+                0.9,
+                1000.0,
+                1010.0,
+                evidence=f"{symptom.meaning}, p-value 0.001 where nothing is wrong",
+                what_would_separate=symptom.separated_by,
+            )
+        )
+    )
+    assert symptom.meaning in words.lead.unescape()
+    assert symptom.separated_by not in words.lead.unescape()
+    assert words.decisive == symptom.separated_by
+
+
+@pytest.mark.parametrize("extended", [0.31, 0.52])
+def test_a_noise_that_is_not_known_is_left_out(extended: float) -> None:
+    text = Prediction(0.52, extended, float("nan"), 0.4).text
+    assert "–" not in text
+    assert text.endswith("rpm.")
