@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -19,6 +20,7 @@ from drillid.discrepancy.inference.shared_likelihood import SharedLikelihood
 from drillid.discrepancy.rules import LEFT_UNEXPLAINED
 from drillid.discrepancy.sets import read_verdicts, shared_error_rate
 from drillid.discrepancy.verdicts.verdict import UNKNOWN
+from drillid.errors import DamageError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,11 +53,13 @@ def write_common_causes(results: Path, wells: Mapping[str, Mapping[str, str]], s
     ----------
     wells : section and tool of each well, by its folder
     """
-    evidence = [
-        read_well(WellFolders(results, folder), shares)
-        for folder, shares in wells.items()
-        if WellFolders(results, folder).has("discrepancy", "examination")
-    ]
+    evidence = []
+    for folder, shares in wells.items():
+        folders = WellFolders(results, folder)
+        # a damaged dataset is told, and computed again, where the fleet is gathered
+        with contextlib.suppress(DamageError, FileNotFoundError):
+            if folders.has("discrepancy", "examination"):
+                evidence.append(read_well(folders, shares))
     judged = judge_fleet(evidence, settings) if settings.enabled else []
     write_table(common_table([each.verdict for each in judged]), Path(results) / COMMON_CAUSES)
     standings = [standing for each in judged for standing in each.standings]

@@ -18,7 +18,15 @@ from drillid.discrepancy.products.interval_prediction import PREDICTION_COLUMNS,
 from drillid.discrepancy.products.kept_sets import examine_well, joined
 from drillid.discrepancy.rules import CHANGES_SHARE
 from drillid.discrepancy.sets import WellData, all_verdicts, verdict_table, window_verdicts
-from drillid.discrepancy.verdicts.intervals import bridged, change_verdict, flag, intervals, run_pulls, runs
+from drillid.discrepancy.verdicts.intervals import (
+    bridged,
+    change_verdict,
+    flag,
+    interval_numbers,
+    intervals,
+    run_pulls,
+    runs,
+)
 from drillid.discrepancy.verdicts.verdict import NONE, Verdict
 from drillid.fits.datasheet import data_sheet, stored_controllers
 from drillid.fits.window_fit import Measured, measured_rows
@@ -76,7 +84,10 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     memo, earlier = Memo(folders, "discrepancy"), folders.earlier("discrepancy", "examination")
     base_rates, common_causes = stated_base_rates(settings.discrepancy), settings.common_causes.enabled
     sets = examine_well(data, error_rate * (1 - CHANGES_SHARE), base_rates, memo, earlier, common_causes)
-    changes = [_change(row, data, dataset, run, parameters, p_values) for row in table.to_dict("records")]
+    changes = [
+        _change(number, row, data, dataset, run, parameters, p_values)
+        for number, row in enumerate(table.to_dict("records"))
+    ]
     dataset["verdict"] = "window", window_verdicts(sets, changes, data.windows)
     folders.write("discrepancy", "discrepancy", dataset)
     folders.write("discrepancy", "examination", joined(sets, data), rig=well.rig.name)
@@ -111,6 +122,7 @@ def _residual_tests(data: WellData) -> xr.Dataset:
 
 
 def _change(
+    number: int,
     row: Mapping[Hashable, Any],
     data: WellData,
     dataset: xr.Dataset,
@@ -118,26 +130,24 @@ def _change(
     parameters: Mapping[str, tuple[Floats, Floats]],
     p_values: Sequence[Floats],
 ) -> Verdict:
-    """The verdict on one flagged interval."""
-    inside, usual = _inside_and_usual(row, data, dataset, run)
+    """The verdict on one flagged interval, whose row in the table has this number."""
+    inside, usual = _inside_and_usual(number, data, dataset, run)
     tested = sum(int(np.isfinite(p_value).sum()) for p_value in p_values)
     p_value = min(tested * float(np.nanmin([track[inside] for track in p_values])), 1.0)
     return change_verdict(parameters, inside, usual, row["from_m"], row["to_m"], p_value, row["evidence"])
 
 
-def _inside_and_usual(
-    row: Mapping[Hashable, Any], data: WellData, dataset: xr.Dataset, run: Integers
-) -> tuple[Booleans, Booleans]:
+def _inside_and_usual(number: int, data: WellData, dataset: xr.Dataset, run: Integers) -> tuple[Booleans, Booleans]:
     """Windows of a flagged interval, and those of its run that are not flagged, with an accepted fit."""
-    flagged, windows = dataset["flagged"].values, data.windows
+    flagged = dataset["flagged"].values
     known = np.isfinite(_estimate(data.fits, "damping_bha")[0])
-    inside = flagged & (windows["depth_from"].values >= row["from_m"]) & (windows["depth_to"].values <= row["to_m"])
+    inside = interval_numbers(flagged, run) == number
     return inside & known, ~flagged & np.isin(run, run[inside]) & known
 
 
 def _predictions(table: pd.DataFrame, data: WellData, dataset: xr.Dataset, run: Integers) -> dict[str, list[float]]:
     """Errors of the predicted speed in each flagged interval, and its noise, rad/s, by their columns."""
-    rows = [interval_prediction(data, *_inside_and_usual(row, data, dataset, run)) for row in table.to_dict("records")]
+    rows = [interval_prediction(data, *_inside_and_usual(number, data, dataset, run)) for number in range(len(table))]
     return {name: [row[place] for row in rows] for place, name in enumerate(PREDICTION_COLUMNS)}
 
 

@@ -35,8 +35,13 @@ def mapped_apart(function: Callable[[Item], Result], items: Iterable[Item]) -> I
     while waiting:
         with _child() as child:
             while waiting:
-                item = waiting.pop(0)
-                future = child.submit(function, item)
+                item = waiting[0]
+                try:
+                    future = child.submit(function, item)
+                except BrokenProcessPool:
+                    # it died between two items
+                    break
+                del waiting[0]
                 died = isinstance(future.exception(), BrokenProcessPool)
                 yield item, future
                 if died:

@@ -20,6 +20,8 @@ from drillid.errors import SettingsError
 LOCK = ".lock"
 """Name of the object: JSON with the `holder`, a `token` of its run and when it was last `renewed`, s since 1970."""
 _RENEW_EVERY_S = 60.0
+_SETTLE_S = 1.0
+"""How long two machines that begin at once may take to write, each having found no lock."""
 _GONE_AFTER_S = 900.0
 """A machine that has not renewed its lock for this long counts as gone."""
 
@@ -42,6 +44,7 @@ def hold(system: Any, root: str, results: Path) -> Callable[[], None]:
     place, holder, token = f"{root}/{LOCK}", _holder(results), uuid.uuid4().hex
     _write(system, place, holder, token)
     # if two begin at once, the last to write holds the lock
+    time.sleep(_SETTLE_S)
     _refuse_another(_read(system, place), lambda lock: lock.get("token") == token)
     done = threading.Event()
 
@@ -49,6 +52,9 @@ def hold(system: Any, root: str, results: Path) -> Callable[[], None]:
         while not done.wait(_RENEW_EVERY_S):
             # network errors differ from store to store; it tries again in a minute
             with contextlib.suppress(Exception):
+                if _read(system, place).get("token", token) != token:
+                    # it was taken over, after this machine had not been heard of for long
+                    return
                 _write(system, place, holder, token)
 
     def release() -> None:

@@ -13,7 +13,7 @@ from drillid.report.content import EXPLANATIONS, FlaggedInterval, Rise
 from drillid.report.quantities import QUANTITIES, number
 from drillid.report.sentences import PARAMETER_QUANTITIES, deviations_text, problem_sentence, rejections_text
 from drillid.report.verdicts import Prediction, VerdictText
-from drillid.report.well_report import WellReport
+from drillid.report.well_report import StickSlip, WellReport
 
 ACT, LOOK, NOTE = 1, 2, 3
 URGENCY = {ACT: "act", LOOK: "look", NOTE: "note"}
@@ -158,7 +158,8 @@ def _stick_slip(well: WellReport) -> list[Item]:
     rotation = QUANTITIES["rotation"]
     remedy = "set the speed control as advised" if well.control else "have the speed control tuned"
     share = risk.windows / max(risk.judged, 1)
-    below = f"{risk.windows} of {risk.judged} windows {'is below its' if risk.windows == 1 else 'are below their'} limit."
+    limit = "is below its limit" if risk.windows == 1 else "are below their limit"
+    below = f"{risk.windows} of {risk.judged} windows {limit}."
     if risk.unstable:
         lead, more = _at_every_speed(risk, remedy)
         return [Item(LOOK, "Stick-slip", lead, more + below, risk.from_m, risk.to_m, share, "control")]

@@ -213,8 +213,9 @@ def learnt_law(windows: Sequence[LawWindow]) -> LearntLaw:
 def _parts(windows: Sequence[LawWindow]) -> tuple[list[Booleans], list[Booleans]]:
     """Lines of each window that are for learning, and those that are held back."""
     if len(windows) == 1:
-        odd = np.arange(windows[0].s.size) % 2 == 1
-        return [~odd], [odd]
+        # in pairs, as what a law adds to a sweep of odd harmonics has even ones alone
+        second = np.arange(windows[0].s.size) // 2 % 2 == 1
+        return [~second], [second]
     is_held = [number % _EVERY == 1 for number in range(len(windows))]
     held = [np.full(window.s.size, each) for window, each in zip(windows, is_held, strict=True)]
     return [~each for each in held], held

@@ -35,7 +35,9 @@ class LawSpline:
         second = np.interp(grid, self.knots, self.values)
         slope = cumulative_trapezoid(second, grid, initial=0)
         value = cumulative_trapezoid(slope, grid, initial=0)
-        tangent = np.interp(mean, grid, value) + np.interp(mean, grid, slope) * (grid - mean)
+        # beyond its range the law is straight
+        at = min(max(mean, self.low), self.high)
+        tangent = np.interp(at, grid, value) + np.interp(at, grid, slope) * (grid - at)
         return grid, value - tangent + self.slope * (grid - mean)
 
     @property

@@ -16,7 +16,7 @@ import numpy as np
 
 from drillid.arrays import Booleans, Indices
 from drillid.discrepancy.inference.coordinates import Extension, Point
-from drillid.discrepancy.inference.held_out_gain import gain_on
+from drillid.discrepancy.inference.held_out_gain import every_other_line, gain_on
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.fingerprint import Fingerprint, fingerprint
@@ -55,7 +55,7 @@ def held_out_parts(model: SetModel) -> list[Booleans]:
         if windows > 1:
             part[number :: len(parts)] = True
         else:
-            part[:, number :: len(parts)] = True
+            part |= every_other_line(model.evidence.used, number)
     return list(parts)
 
 

@@ -27,9 +27,9 @@ from drillid.discrepancy.products.immittance import missing_immittance
 from drillid.discrepancy.products.prediction import (
     PHASES,
     added_by_law,
+    at_phases,
     driven,
     held_out_predictions,
-    in_band,
     mean_period,
 )
 from drillid.discrepancy.products.reflectogram import reflectogram
@@ -112,7 +112,8 @@ def _set_variables(examined: ExaminedSet, data: WellData, error_rate: float) -> 
     examination = examined.examination
     model, extensions = examination.model, examination.extensions
     depth = model.evidence.operating_points.hole_depth
-    members = [name for verdict in examination.verdicts for name in verdict.members]
+    # the first of the classes whose members are to be told apart
+    members = next((verdict.members for verdict in examination.verdicts if len(verdict.members) > 1), ())
     before = reflectogram(model, examination.base, (), error_rate)
     after = reflectogram(model, examination.extended, extensions, error_rate) if extensions else before
     return {
@@ -241,12 +242,14 @@ def _held_out(examined: ExaminedSet, data: WellData) -> Columns:
     if period > 0 and np.isfinite(channels).all():
         rate, used = sample_rate(data.records), model.measured.weight[row] > 0
         band = float(frequency[used].min()), float(frequency[used].max())
-        sweep, _ = mean_period(channels[0], rate, period)
-        speed, error = mean_period(channels[1], rate, period)
-        time, speed = np.arange(PHASES) * period / PHASES, in_band(speed, period, band)
+        sweep, _ = mean_period(channels[0], rate, period, band)
+        speed, error = mean_period(channels[1], rate, period, band)
         by_base, by_extended = (driven(prediction.mobility, sweep, period, band) for prediction in (base, extended))
         if examination.law is not None:
-            by_extended = by_extended + added_by_law(examination, row, (channels[0], channels[1]), rate, band)
+            own = channels[0], channels[1]
+            by_extended = by_extended + added_by_law(examination, row, own, rate, band, sweep.size)
+        time = np.arange(PHASES) * period / PHASES
+        speed, by_base, by_extended = (at_phases(series) for series in (speed, by_base, by_extended))
     return {
         "held_out_window": ((), int(data.windows["window"][window])),
         "held_out_base": (("frequency",), base.mobility(frequency)),

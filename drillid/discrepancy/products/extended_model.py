@@ -214,6 +214,7 @@ def _control_law(examination: xr.Dataset, row: int) -> ErrorLaw | None:
 
 
 def less_tangent(place: Floats, value: Floats, mean: float) -> Floats:
-    """A law (points,), less its tangent at a mean."""
-    slope = np.interp(mean, place, np.gradient(value, place))
-    return np.asarray(value - np.interp(mean, place, value) - slope * (place - mean), dtype=float)
+    """A law (points,), straight beyond its ends, less its tangent at a mean."""
+    at = np.clip(mean, place[0], place[-1])
+    slope = np.interp(at, place, np.gradient(value, place))
+    return np.asarray(value - np.interp(at, place, value) - slope * (place - at), dtype=float)

@@ -8,7 +8,7 @@ import numpy as np
 
 from drillid.arrays import Booleans, Floats, Integers
 from drillid.datasets.codes import Gate
-from drillid.discrepancy.products.prediction import driven, in_band, mean_period
+from drillid.discrepancy.products.prediction import driven, mean_period
 from drillid.fits.datasheet import data_sheet, stored_controller
 from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.parameters import DAMPING_BHA, INERTIA_BHA
@@ -44,9 +44,8 @@ def interval_prediction(data: WellData, inside: Booleans, usual: Booleans) -> tu
         return NOT_PREDICTED
     frequency, rate = data.mobility["frequency"].values[used], sample_rate(data.records)
     band = float(frequency.min()), float(frequency.max())
-    sweep, _ = mean_period(channels[0], rate, period)
-    speed, noise = mean_period(channels[1], rate, period)
-    measured = in_band(speed, period, band)
+    sweep, _ = mean_period(channels[0], rate, period, band)
+    measured, noise = mean_period(channels[1], rate, period, band)
     errors = [
         float(np.sqrt(np.mean((measured - _predicted(data, row, members, sweep, period, band)) ** 2)))
         for members in (np.flatnonzero(usual), rows[rows != row])
@@ -57,7 +56,7 @@ def interval_prediction(data: WellData, inside: Booleans, usual: Booleans) -> tu
 def _predicted(
     data: WellData, row: int, members: Integers, sweep: Floats, period: float, band: tuple[float, float]
 ) -> Floats:
-    """Speed over a period (PHASES,) with damping and inertia of the assembly as in other windows."""
+    """Speed over a period (points,) with damping and inertia of the assembly as in other windows."""
     parameters = data.fits["value"].values[row].copy()
     for place in (DAMPING_BHA, INERTIA_BHA):
         values, errors = (data.fits[name].values[members, place] for name in ("value", "standard_error"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.catalogue import WindowModel
 from drillid.discrepancy.inference.coordinates import Extension, Point
-from drillid.discrepancy.inference.held_out_gain import trained_without
+from drillid.discrepancy.inference.held_out_gain import every_other_line, trained_without
 from drillid.discrepancy.learning.examined_law import law_window
 from drillid.physics.responses import laplace
 from drillid.spectra.periodic import whole_periods
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 
 PHASES = 2400
-"""Points over one period of the sweep."""
+"""Points over one period of the sweep that are stored."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,7 @@ def held_out_predictions(examination: Examination, row: int | None = None) -> tu
     if row is None:
         row = int(np.argsort(evidence.operating_points.hole_depth)[evidence.windows // 2])
     held = np.zeros(evidence.used.shape, dtype=bool)
-    held[row, :: 2 if evidence.windows == 1 else 1] = True
+    held[row] = every_other_line(evidence.used)[0] if evidence.windows == 1 else True
 
     def predicted(start: Point, present: tuple[Extension, ...]) -> Prediction:
         point = trained_without(model, held, start, present)
@@ -60,32 +61,38 @@ def held_out_predictions(examination: Examination, row: int | None = None) -> tu
     return row, base, predicted(examination.extended.point, extensions) if extensions else base
 
 
-def mean_period(series: Floats, rate: float, period: float) -> tuple[Floats, float]:
-    """Mean over the whole periods in a record, at PHASES points, and its root-mean-square standard error.
+def mean_period(series: Floats, rate: float, period: float, band: tuple[float, float]) -> tuple[Floats, float]:
+    """Mean over the whole periods in a record within a band, and its root-mean-square standard error.
 
     Parameters
     ----------
     series : (samples,)
     rate : Hz
     period : s
+    band : lowest and highest frequency, Hz
+
+    Returns
+    -------
+    mean : (points,) over one period, no fewer than the record has; a multiple of PHASES
+    error : NaN for a single period
     """
     whole = whole_periods(series.size, rate, period)
-    time = (np.arange(whole * PHASES) * period / PHASES).reshape(whole, PHASES)
-    periods = np.interp(time, np.arange(series.size) / rate, series)
-    periods = periods - periods.mean(axis=1, keepdims=True)
+    points = PHASES * ceil(period * rate / PHASES)
+    time = (np.arange(whole * points) * period / points).reshape(whole, points)
+    lines = np.fft.rfft(np.interp(time, np.arange(series.size) / rate, series), axis=1)
+    frequency = np.arange(lines.shape[1]) / period
+    periods = np.fft.irfft(np.where((frequency >= band[0]) & (frequency <= band[1]), lines, 0.0), points, axis=1)
     error = np.sqrt(np.mean(periods.var(axis=0, ddof=1)) / whole) if whole > 1 else np.nan
     return periods.mean(axis=0), float(error)
 
 
-def in_band(series: Floats, period: float, band: tuple[float, float]) -> Floats:
-    """The part of one period (PHASES,) within a band of frequencies (Hz)."""
-    lines = np.fft.rfft(series)
-    frequency = np.arange(lines.size) / period
-    return np.fft.irfft(np.where((frequency >= band[0]) & (frequency <= band[1]), lines, 0.0), PHASES)
+def at_phases(series: Floats) -> Floats:
+    """One period (points,) at PHASES of its points."""
+    return series[:: series.size // PHASES]
 
 
 def driven(mobility: Callable[[Floats], Complex], sweep: Floats, period: float, band: tuple[float, float]) -> Floats:
-    """Speed (rad/s) within a band over one period, as driven by a sweep (N m); both (PHASES,).
+    """Speed (rad/s) within a band over one period, as driven by a sweep (N m); both (points,).
 
     Parameters
     ----------
@@ -96,13 +103,18 @@ def driven(mobility: Callable[[Floats], Complex], sweep: Floats, period: float, 
     inside = (frequency >= band[0]) & (frequency <= band[1])
     speed = np.zeros_like(lines)
     speed[inside] = lines[inside] * mobility(frequency[inside])
-    return np.fft.irfft(speed, PHASES)
+    return np.fft.irfft(speed, sweep.size)
 
 
 def added_by_law(
-    examination: Examination, row: int, channels: tuple[Floats, Floats], rate: float, band: tuple[float, float]
+    examination: Examination,
+    row: int,
+    channels: tuple[Floats, Floats],
+    rate: float,
+    band: tuple[float, float],
+    points: int,
 ) -> Floats:
-    """What the learnt law adds to the speed (rad/s) of a window within a band over one period of its sweep, (PHASES,).
+    """What the learnt law adds to the speed (rad/s) of a window within a band over one period of its sweep, (points,).
 
     Parameters
     ----------
@@ -112,11 +124,11 @@ def added_by_law(
     law = examination.law
     window = law_window(examination, row, lambda _: channels, rate)
     if law is None or window is None:
-        return np.zeros(PHASES)
+        return np.zeros(points)
     curve = law.spline.drawn(law.kind.mean(window))
     frequency, lines = window.s.imag / (2 * np.pi), law.kind.added(window, *curve)
     inside = (frequency >= band[0]) & (frequency <= band[1])
-    spectrum = np.zeros(PHASES // 2 + 1, dtype=complex)
+    spectrum = np.zeros(points // 2 + 1, dtype=complex)
     places = np.rint(frequency[inside] * window.seconds).astype(int)
-    spectrum[places] = PHASES * lines[inside]
-    return np.asarray(np.fft.irfft(spectrum, PHASES), dtype=float)
+    spectrum[places] = points * lines[inside]
+    return np.asarray(np.fft.irfft(spectrum, points), dtype=float)

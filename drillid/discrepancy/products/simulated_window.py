@@ -16,6 +16,9 @@ from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
 from drillid.units import RPM
 from drillid.windows.channels import sample_rate, window_channels
 
+_ANY_WEIGHT = 1e5
+"""N, weight on bit where none is logged: the cutting laws have their torques at whatever weight is given."""
+
 COLUMNS = ("t_s", "torque_sweep_knm", "td_rpm_measured", "td_rpm", "torque_command_knm", "bit_rpm")
 """Columns of the file that is written: time since the window's start first; the last three are simulated."""
 
@@ -86,9 +89,13 @@ def simulated_window(results: Path, well: str, window: int) -> SimulatedWindow:
     row, records = int(rows[0]), folders.read("records", "records")
     sweep, measured = window_channels(records, windows, row, ("torque_sweep", "speed"))
     set_speed, torque = (float(windows[name].values[row]) for name in ("speed", "torque"))
-    rig = _with_cutting(rigs[row], float(windows["weight_on_bit"].values[row]))
+    weight = float(windows["weight_on_bit"].values[row])
+    weight = weight if weight > 0 else _ANY_WEIGHT
+    rig = _with_cutting(rigs[row], weight)
+    cut = rig.regenerative.torque(set_speed, weight) if rig.regenerative else 0.0
+    cut += rig.cutting.torque(weight, set_speed) if rig.cutting else 0.0
     drag = sum(float(section.kappa * section.polar_moment * section.length) for section in rig.system.string)
-    rock = float(np.nan_to_num(torque)) - (drag + float(rig.system.bit.damping)) * set_speed
+    rock = float(np.nan_to_num(torque)) - (drag + float(rig.system.bit.damping)) * set_speed - cut
     recorded = np.arange(sweep.size) / sample_rate(records)
     steps = np.arange(0.0, recorded[-1], TIME_STEP)
     still = np.zeros(steps.size)
@@ -98,7 +105,7 @@ def simulated_window(results: Path, well: str, window: int) -> SimulatedWindow:
         still + set_speed,
         still + rock,
         mean_bit_torque=rock,
-        weight_on_bit=float(np.nan_to_num(windows["weight_on_bit"].values[row])),
+        weight_on_bit=weight,
         sample_interval=SAMPLE_INTERVAL,
     )
     own = [np.interp(result.time, recorded, np.nan_to_num(series)) for series in (sweep, measured)]

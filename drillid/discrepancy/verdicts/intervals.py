@@ -166,19 +166,22 @@ def _log_ratio(value: Floats, error: Floats, between: Integers, sides: Booleans,
 
 def intervals(windows: xr.Dataset, discrepancy: xr.Dataset, run: Integers) -> pd.DataFrame:
     """Intervals of successive flagged windows of one run, a row each, with the evidence in words."""
-    flagged = discrepancy["flagged"].values
-    starts = np.flatnonzero(flagged & ~(np.roll(flagged, 1) & (np.roll(run, 1) == run) & (np.arange(run.size) > 0)))
+    numbers = interval_numbers(discrepancy["flagged"].values, run)
     rows = []
-    for first in starts:
-        last = first
-        while last + 1 < run.size and flagged[last + 1] and run[last + 1] == run[first]:
-            last += 1
-        members = slice(first, last + 1)
+    for number in range(numbers.max(initial=-1) + 1):
+        members = np.flatnonzero(numbers == number)
         strongest = {name: float(np.nanmax(discrepancy[name].values[members])) for name in EVIDENCE}
         evidence = [rise(EVIDENCE[name], pull) for name, pull in strongest.items() if pull > 2]
-        depth_from, depth_to = float(windows["depth_from"][first]), float(windows["depth_to"][last])
-        rows.append((depth_from, depth_to, last - first + 1, *strongest.values(), "; ".join(evidence)))
+        # depth goes back where a hole is drilled anew beside the first one
+        ends = float(windows["depth_from"][members].min()), float(windows["depth_to"][members].max())
+        rows.append((*ends, members.size, *strongest.values(), "; ".join(evidence)))
     return pd.DataFrame(rows, columns=["from_m", "to_m", "windows", *EVIDENCE, "evidence"])
+
+
+def interval_numbers(flagged: Booleans, run: Integers) -> Integers:
+    """Number of the interval that each flagged window is part of, −1 for others, shape (window,)."""
+    begins = flagged & ~np.append(False, flagged[:-1] & (run[1:] == run[:-1]))
+    return np.where(flagged, np.cumsum(begins) - 1, -1)
 
 
 def runs(rig: Rig, bit_depth: Floats) -> Integers:

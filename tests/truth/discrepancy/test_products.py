@@ -23,7 +23,6 @@ from drillid.discrepancy.products.advice import advise, present_separation
 from drillid.discrepancy.products.dataset import examination_dataset
 from drillid.discrepancy.products.extended_model import coordinates, identified_window_models, window_model_of
 from drillid.discrepancy.products.immittance import missing_immittance
-from drillid.discrepancy.products.prediction import PHASES, in_band, mean_period
 from drillid.discrepancy.products.reflectogram import Reflectogram, reflectogram
 from drillid.discrepancy.products.simulated_window import COLUMNS
 from drillid.discrepancy.sets import ExaminedSet, WellData, evidence_of, read_verdicts, window_sets
@@ -281,17 +280,6 @@ def test_advice_for_a_class_sets_its_members_apart(examined: Examination) -> Non
     separations = [measurement.separation for measurement in advise(examined, members)]
     assert separations == sorted(separations, reverse=True)
     assert separations[0] > 1.1 * present_separation(examined, members)
-
-
-def test_the_mean_period_is_the_series_where_it_repeats() -> None:
-    rate, period = 50.0, 24.0
-    time = np.arange(round(3 * period * rate)) / rate
-    mean, error = mean_period(np.sin(2 * np.pi * 5 * time / period) + 3, rate, period)
-    expected = np.sin(2 * np.pi * 5 * np.arange(PHASES) / PHASES)
-    np.testing.assert_allclose(mean, expected, atol=5e-3)
-    assert error < 1e-3
-    np.testing.assert_allclose(in_band(mean, period, (4.5 / period, 5.5 / period)), mean, atol=5e-3)
-    np.testing.assert_allclose(in_band(mean, period, (6 / period, 9 / period)), 0, atol=1e-3)
 
 
 def test_something_unknown_leaves_a_reading(lagging: Processed, examined: Examination) -> None:

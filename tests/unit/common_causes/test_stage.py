@@ -1,5 +1,6 @@
 """What is read of a well, who shares what, and the tables."""
 
+import shutil
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -92,6 +93,15 @@ def test_tables_and_pages_of_a_fleet(for_sisters: Processed, tmp_path: Path) -> 
     pages = tmp_path / "pages"
     pages.mkdir()
     assert len(write_rig_pages(results, pages, {})) == len(table) == len(list(pages.iterdir()))
+
+
+def test_a_damaged_well_is_left_to_where_the_fleet_is_gathered(for_sisters: Processed, tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    shutil.copytree(for_sisters.folders.stage("discrepancy"), results / "discrepancy/A")
+    damaged = next((results / "discrepancy/A").rglob("zarr.json"))
+    damaged.write_text(damaged.read_text() + " ")
+    assert write_common_causes(results, {"A": {}}, CommonCausesSettings()) == 0
+    assert (results / COMMON_CAUSES).exists()
 
 
 def test_a_refused_size_is_told_for_all_wells(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from drillid.datasets.examined import DISCREPANCIES
 from drillid.discrepancy import Verdict, intervals, runs
 from drillid.discrepancy.sets import COLUMNS, ExaminedSet, window_sets, window_verdicts
 from drillid.discrepancy.stage import RESIDUAL_TESTS, _failed_tests
-from drillid.discrepancy.verdicts.intervals import change_verdict, probability
+from drillid.discrepancy.verdicts.intervals import change_verdict, interval_numbers, probability
 from drillid.figures.data import WellResults
 from tests.simulated import RIG, Processed
 
@@ -47,6 +47,17 @@ def test_successive_flagged_windows_are_one_interval() -> None:
 
 def test_an_interval_ends_with_its_run() -> None:
     assert table([0, 1, 1, 1, 1, 0], [0, 0, 0, 1, 1, 1]) == [(1010.0, 1030.0, 2), (1030.0, 1050.0, 2)]
+
+
+def test_an_interval_within_which_the_depth_goes_back_holds_all_its_windows() -> None:
+    windows, discrepancy = track([0, 0, 1, 1, 0, 0])
+    # a hole drilled anew beside the first one
+    windows["depth_from"][3:] = windows["depth_from"][3:] - 500.0
+    windows["depth_to"][3:] = windows["depth_to"][3:] - 500.0
+    (found,) = intervals(windows, discrepancy, np.zeros(6, dtype=np.int64)).to_dict("records")
+    assert (found["from_m"], found["to_m"], found["windows"]) == (530.0, 1030.0, 2)
+    flagged = np.array([0, 1, 1, 0, 1, 1, 1], dtype=bool)
+    assert interval_numbers(flagged, np.array([0, 0, 0, 0, 0, 1, 1])).tolist() == [-1, 0, 0, -1, 1, 2, 2]
 
 
 def test_the_evidence_names_what_stands_out() -> None:

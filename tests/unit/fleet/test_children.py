@@ -4,10 +4,13 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import psutil
+
+from drillid.fleet.children import mapped_apart
 
 JOB = """
 import ctypes, os, sys, time
@@ -19,6 +22,21 @@ def busy(path):
 
 list(mapped_apart(busy, [sys.argv[1]]))
 """
+
+
+def ends_soon(item: int) -> int:
+    """A task after which its process is killed, once, as by a machine that is out of memory."""
+    if item == 0:
+        threading.Timer(0.1, os._exit, [1]).start()
+    return item
+
+
+def test_a_child_that_is_killed_between_two_items_is_replaced() -> None:
+    done = []
+    for item, future in mapped_apart(ends_soon, [0, 1, 2]):
+        time.sleep(0.5 if item == 0 else 0.0)
+        done.append((item, future.result()))
+    assert done == [(0, 0), (1, 1), (2, 2)]
 
 
 def test_a_busy_child_ends_with_a_job_that_is_killed(tmp_path: Path) -> None:

@@ -67,9 +67,7 @@ def track_of(results: WellResults, column: str) -> Any:
     """The track of the log plot whose points are a column."""
     log = log_plot(results, (), depth_range(1000.0, 1030.0))
     tracks = (track for track, _, _ in log.chart.children)
-    return next(
-        track for track in tracks if any(getattr(each.glyph, "x", None) == column for each in track.renderers)
-    )
+    return next(track for track in tracks if any(getattr(each.glyph, "x", None) == column for each in track.renderers))
 
 
 @pytest.mark.parametrize("stands_out", [True, False])

@@ -12,6 +12,7 @@ import xarray as xr
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import WellFolders
 from drillid.discrepancy.sets import verdict_table
+from drillid.figures.captions import share
 from drillid.report.attention import interval_explanation, interval_lead, items, rise_text
 from drillid.report.charts.style import clear_ticks
 from drillid.report.content import (
@@ -32,7 +33,6 @@ from drillid.report.content import (
     weighted_mean,
     without_windows,
 )
-from drillid.figures.captions import share
 from drillid.report.quantities import QUANTITIES, number, size_text
 from drillid.report.rendering import bar_length
 from drillid.report.sentences import data_sheet_verdict, deviations_text, error_text, estimate_text
