@@ -52,7 +52,8 @@ def numbers(places: Places, name: str, column: Any, null_values: tuple[float, ..
             )
         values = found.to_numpy(dtype=np.float64, copy=True)
     for null in (*NULL_VALUES, *null_values, np.inf, -np.inf):
-        values[values == null] = np.nan
+        # of single precision as well
+        values[(values == null) | (values == np.float64(np.float32(null)))] = np.nan
     return values, notes
 
 

@@ -40,7 +40,7 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
         # the start of the log, from which the times do not count
         start = None
     try:
-        found = from_numbers(values, of.described.unit, start, header_unit)
+        found = from_numbers(values, of.described.unit, _in_utc(of, start), header_unit)
     except NoStart as error:
         raise of.wrong(
             0,
@@ -54,10 +54,22 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
         raise of.wrong(row, values[row], remedy, fault=str(error)) from error
     if not found.decided:
         counts = of.described.start is None and start is not None
-        return Naive(found.since, found.zoned, (of.from_header(int(found.since[0])),) if counts else ())
+        return Naive(
+            found.since, found.zoned, (of.from_header(int(found.since[0]), in_utc=found.zoned),) if counts else ()
+        )
     zone = "UTC" if found.zoned else f"in the zone {of.zone()}"
     what = f"the times in column '{of.column}' are read as {found.decided}, {zone}, according to their magnitude"
     return Naive(found.since, found.zoned, ((what, "State time.unit in the rig description if that is wrong"),))
+
+
+def _in_utc(of: StatedTimes, start: tuple[int, bool] | None) -> tuple[int, bool] | None:
+    """A start in UTC, as counts go on where local clocks are changed; as it is where the zone has it twice or never."""
+    import pandas as pd
+
+    if start is None or start[1]:
+        return start
+    zoned = pd.DatetimeIndex([start[0]]).tz_localize(of.zone(), ambiguous="NaT", nonexistent="NaT")
+    return start if zoned.hasnans else (int(zoned.as_unit("ns").asi8[0]), True)
 
 
 def _as_numbers(of: StatedTimes, column: Any) -> Any:

@@ -15,11 +15,15 @@ Cells = Sequence[str]
 
 _NUMBER = re.compile(r"[+-]?(?:\d[\d.,'  \u202f]*|[.,]\d+)(?:[eE][+-]?\d+)?%?")
 _TIME = re.compile(
-    r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}\b.*|\d{1,2}:\d{2}(?::\d{2})?\b.*|\d{8}T?\d{0,6}\b.*"
+    r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}(?:[T_].*|\b.*)|\d{1,2}:\d{2}(?::\d{2})?\b.*|\d{8}T?\d{0,6}\b.*"
     r"|\d{1,2}[- ][A-Za-z]{3,9}[- ,]+\d{2,4}.*"
 )
 _MISSING = {"", "nan", "null", "none", "n/a", "na", "#n/a", "-nan", "inf", "-inf", "---", "--", "-"}
 _RULE = re.compile(r"[-=+_|*\s]*[-=_]{2,}[-=+_|*\s]*")
+
+
+_PREAMBLE = 30
+"""Rows above the names of columns in which a file may describe itself."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +61,11 @@ def is_datum(cell: str) -> bool:
 
 
 def is_data(cells: Cells) -> bool:
-    """Whether a row holds data: at least half of its cells that hold anything are numbers or times."""
+    """Whether a row holds data: it begins with a time, or half of its cells that hold anything are numbers or times."""
     held = [cell for cell in cells if cell.strip().lower() not in _MISSING]
     found = sum(is_datum(cell) for cell in held)
-    return found > 0 and 2 * found >= len(held)
+    begins = len(held) > 1 and _TIME.fullmatch(held[0].strip()) is not None
+    return found > 0 and (begins or 2 * found >= len(held))
 
 
 def are_units(row: Cells, names: Cells) -> bool:
@@ -182,9 +187,23 @@ def _fits(row: Cells, width: int) -> bool:
 
 
 def _goes_on(rows: Sequence[Cells], at: int) -> bool:
-    """Whether data follow, if anything does: a single row of numbers among junk does not begin a table."""
+    """Whether data follow, if anything does: a single row of numbers among junk does not begin a table, nor do such
+    rows above names of more columns.
+    """
+    if _names_below(rows, at):
+        return False
     behind = [row for row in rows[at + 1 : at + 3] if any(map(str.strip, row))]
     return not behind or any(is_data(row) or not _is_text(row) for row in behind)
+
+
+def _names_below(rows: Sequence[Cells], at: int) -> bool:
+    """Whether names of columns come within the next rows, more of them than any row holds until then."""
+    most = _held(rows[at])
+    for row in rows[at + 1 : at + _PREAMBLE]:
+        if _is_text(row) and _held(row) > most and row not in rows[:at]:
+            return True
+        most = max(most, _held(row))
+    return False
 
 
 def _is_text(row: Cells) -> bool:

@@ -130,11 +130,11 @@ class StatedTimes:
         what = f"the dates in column '{self.date or self.column}' are read as {decided}"
         return what, "State time.format in the rig description if that is wrong"
 
-    def from_header(self, first: int) -> Note:
+    def from_header(self, first: int, *, in_utc: bool) -> Note:
         """A note that times count from a start in the file's header, and what the first one is, ns since 1970."""
         header = self.places.header
         start = "" if header.start is None else np.datetime_as_string(header.start, "ms")
-        zone = "UTC" if header.start_is_utc else self.described.zone
+        zone = "UTC" if in_utc else self.described.zone
         row = np.datetime_as_string(np.datetime64(first, "ns"), "ms")
         what = (
             f"the times in column '{self.column}' count from {start}, as the file's header says: "

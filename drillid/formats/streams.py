@@ -67,6 +67,37 @@ class Squeezed(_Changed):
         return squeezed(block[:whole])
 
 
+class Closed(_Changed):
+    """Lines in which a quote that does not close is a character like any other.
+
+    A parser takes all that follows such a quote, up to the next one, as a single cell.
+    """
+
+    def __init__(self, stream: IO[bytes], delimiter: str, width: int) -> None:
+        """A stream of lines with so many cells each."""
+        super().__init__(stream)
+        self.delimiter, self.width, self.rest, self.ended = delimiter.encode(), width, b"", False
+
+    def next_block(self) -> bytes | None:
+        """Whole lines; what follows the last line break waits for the next block."""
+        if self.ended:
+            return None
+        block = self.stream.read(_BLOCK)
+        self.ended = not block
+        block = self.rest + block
+        whole = len(block) if self.ended else 1 + block.rfind(b"\n")
+        self.rest = block[whole:]
+        if b'"' not in block[:whole]:
+            return block[:whole]
+        return b"".join(map(self._closed, block[:whole].splitlines(keepends=True)))
+
+    def _closed(self, line: bytes) -> bytes:
+        """The line without its quotes, if their number is odd and it has all of its cells."""
+        if line.count(b'"') % 2 == 0 or line.count(self.delimiter) + 1 < self.width:
+            return line
+        return line.replace(b'"', b"")
+
+
 class WithoutLines(_Changed):
     """Lines without those of some numbers, counted from 0."""
 

@@ -16,6 +16,10 @@ ORDERS = (DAY_FIRST, MONTH_FIRST)
 """Orders of day and month that users may state as the format."""
 DAY_NS = 86_400_000_000_000
 
+_MOSTLY_MIXED, _SELDOM_MIXED = 0.5, 0.05
+"""Least share of the seconds in which fractions jump as decimals, and largest in which they do as milliseconds, where
+these lack zeros: a few rows may be out of order.
+"""
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _OTHER_MONTHS = {"mai": 5, "okt": 10, "dez": 12, "des": 12, "mär": 3, "mrz": 3, "ene": 1, "abr": 4, "ago": 8, "dic": 12}
 MONTHS = (*_MONTHS, *_OTHER_MONTHS)
@@ -101,8 +105,8 @@ def order_in(form: str) -> str | None:
 def with_whole_milliseconds(cells: Any) -> tuple[Any, bool]:
     """Times whose milliseconds lack leading zeros, such as '06:00:00.50' and '06:00:00.100' in turn, with these zeros.
 
-    Zeros are missing where the fractions differ in length and, within each second, only rise or only fall as whole
-    milliseconds, but not as decimals. Other times stay as they are.
+    Zeros are missing where the fractions differ in length and, within nearly every second, only rise or only fall as
+    whole milliseconds, but not as decimals. Other times stay as they are.
 
     Parameters
     ----------
@@ -132,15 +136,23 @@ def with_whole_milliseconds(cells: Any) -> tuple[Any, bool]:
     within = np.asarray(pc.equal(second[1:], second[:-1]).to_numpy(zero_copy_only=False))
     widths = set(pc.unique(pc.utf8_length(fraction)).to_pylist()) - {0}
     zero_first = pc.any(pc.match_substring_regex(fraction, r"^0\d")).as_py()
-    if len(widths) < 2 or 3 not in widths or zero_first or _one_way(decimals, within) or not _one_way(whole, within):
+    if len(widths) < 2 or 3 not in widths or zero_first:
+        return cells, False
+    if _mixed(decimals, within) < _MOSTLY_MIXED or _mixed(whole, within) > _SELDOM_MIXED:
         return cells, False
     return pa.chunked_array([pc.binary_join_element_wise(second, sign, padded, rest, "")]), True
 
 
-def _one_way(values: Integers, within: Booleans) -> bool:
-    """Whether values only rise or only fall, between those neighbours that are `within` a second, shape (row - 1,)."""
-    steps = np.diff(values)[within]
-    return not (np.any(steps > 0) and np.any(steps < 0))
+def _mixed(values: Integers, within: Booleans) -> float:
+    """Share of the seconds in which values both rise and fall, of those in which they change at all.
+
+    Parameters
+    ----------
+    within : whether a row and the next one are within a second, shape (row - 1,)
+    """
+    steps, second = np.diff(values), np.cumsum(~within)
+    rises, falls = (np.bincount(second[within & way], minlength=second[-1] + 1) > 0 for way in (steps > 0, steps < 0))
+    return float(np.sum(rises & falls)) / max(float(np.sum(rises | falls)), 1.0)
 
 
 def parse(cells: Any, order: str | None = None) -> Written | None:

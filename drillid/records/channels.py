@@ -46,9 +46,36 @@ class RawChannels:
         ----------
         log : name of the log
         """
-        if not one_by_one(self.stamps, [self.channels[name] for name in FAST_CHANNELS if name in self.channels]):
+        fast = [self.channels[name] for name in FAST_CHANNELS if name in self.channels]
+        whole = self.at_distinct_stamps(log) if one_by_one(self.stamps, fast) else self
+        return whole._with_slow_rows_joined()
+
+    def _with_slow_rows_joined(self) -> RawChannels:
+        """The same with the values of rows between two samples of the fast channels, which have none of these, in the
+        row of the nearer sample where it lacks them.
+        """
+        fast = np.zeros(self.stamps.size, dtype=bool)
+        for name in FAST_CHANNELS:
+            fast |= np.isfinite(self.channels[name]) if name in self.channels else False
+        if np.all(fast) or np.count_nonzero(fast) < FEWEST_ROWS:
             return self
-        return self.at_distinct_stamps(log)
+        order = np.argsort(self.stamps[fast], kind="stable")
+        times, slow = self.stamps[fast][order], np.flatnonzero(~fast)
+        after = np.clip(np.searchsorted(times, self.stamps[slow]), 1, times.size - 1)
+        # in a longer step a row of the fast channels is missing, and this one is in its place
+        between = times[after] - times[after - 1] < 1.5 * np.median(np.diff(times))
+        slow, after = slow[between], after[between]
+        nearer = after - (self.stamps[slow] - times[after - 1] < times[after] - self.stamps[slow])
+        rows = np.flatnonzero(fast)[order[nearer]]
+        kept = np.ones(fast.size, dtype=bool)
+        kept[slow] = False
+        channels = dict[str, Array]()
+        for channel in list(self.channels):
+            values = self.channels.pop(channel)
+            put = np.isfinite(values[slow]) & ~np.isfinite(values[rows])
+            values[rows[put]] = values[slow[put]]
+            channels[channel] = values[kept]
+        return replace(self, stamps=self.stamps[kept], channels=channels)
 
     def at_distinct_stamps(self, log: str) -> RawChannels:
         """The same with a row for each stamp, which holds the first value of each channel there; this is used up.

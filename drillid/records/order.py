@@ -88,14 +88,15 @@ def sorted_if_shuffled(stamps: Integers, rows: Integers, where: str) -> tuple[In
 
 
 def in_order(stamps: Integers, rows: Integers, interval: float) -> tuple[Integers, int]:
-    """Rows sorted by stamp, where that closes gaps and no two rows then share a tick; else the clock was set."""
+    """Rows sorted by stamp, where that opens no gap and no two rows then share a tick; else the clock was set."""
     steps = np.diff(stamps[rows]) * 1e-9
     if not np.any(steps < -0.5 * interval):
         return rows, 0
     ordered = rows[np.argsort(stamps[rows], kind="stable")]
     after = np.diff(stamps[ordered]) * 1e-9
     shared = np.sum(after < 0.5 * interval) > np.sum(np.abs(steps) < 0.5 * interval)
-    closed = np.sum(after > 1.5 * interval) < np.sum(steps > 1.5 * interval)
-    if shared or not closed:
+    # a clock that was set leaves rows that share a tick, or one gap more
+    torn = np.sum(after > 1.5 * interval) > np.sum(steps > 1.5 * interval)
+    if shared or torn:
         return rows, 0
     return ordered, int(np.sum(ordered != rows))

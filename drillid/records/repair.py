@@ -110,7 +110,7 @@ class Repair:
             self._note(f"{lengths}, {first_and_last(self.grid, places)}", remedy)
             return
         for length, place in zip(seconds, places, strict=True):
-            self._note(f"gap of {length:.1f} s {preposition} {self.grid.at(place)}", remedy)
+            self._note(f"gap of {length:.{1 if length >= 1 else 2}f} s {preposition} {self.grid.at(place)}", remedy)
 
     def _flag(self, where: Booleans, flag: RecordFlag) -> None:
         self.flags[where] |= np.uint8(flag)

@@ -38,7 +38,7 @@ def evenly(stamps: Integers, sweep: Floats, speed: Floats, repeats: Integers) ->
         return stamps, 0
     begins = np.flatnonzero(np.concatenate([[True], steps > 0]))
     counts = np.diff(np.append(begins, stamps.size))
-    if counts.size < _FEWEST_STAMPS or not _are_samples(sweep, speed, repeats):
+    if counts.size < _FEWEST_STAMPS or not _are_samples(sweep, speed, repeats, stamps.size - counts.size):
         return stamps, 0
     unit, usual = int(np.median(np.diff(stamps[begins]))), int(np.median(counts[1:-1]))
     alike = np.abs(counts - usual) <= max(1.0, _OFF * usual)
@@ -163,7 +163,12 @@ def _draw_lines(
             since[begin:stop] = line
 
 
-def _are_samples(sweep: Floats, speed: Floats, repeats: Integers) -> bool:
-    """Whether the rows of one stamp are samples of their own."""
+def _are_samples(sweep: Floats, speed: Floats, repeats: Integers, later: int) -> bool:
+    """Whether the rows of one stamp are samples of their own.
+
+    Parameters
+    ----------
+    later : number of rows behind the first one of each stamp, all of which repeat it if rows were written twice
+    """
     whole = float(np.mean(np.isfinite(sweep) & np.isfinite(speed)))
-    return whole >= _WHOLE and repeats.size <= _WHOLE * sweep.size
+    return whole >= _WHOLE and repeats.size <= _WHOLE * later

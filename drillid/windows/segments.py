@@ -158,11 +158,16 @@ def reason_of(segment: Segment) -> str:
         return "a sensor is stuck"
     if segment.state is RigState.UNKNOWN:
         return (
-            f"gap of {segment.duration:.1f} s"
+            f"gap of {_seconds(segment.duration)} s"
             if segment.gap
-            else f"no {', '.join(NEEDED)} for {segment.duration:.1f} s"
+            else f"no {', '.join(NEEDED)} for {_seconds(segment.duration)} s"
         )
     return _REASONS[segment.state]
+
+
+def _seconds(duration: float) -> str:
+    """A duration that is never rounded to nothing."""
+    return f"{duration:.1f}" if duration >= 1 else f"{duration:.2f}"
 
 
 def segments_table(well: str, rows: list[Segment]) -> pd.DataFrame:

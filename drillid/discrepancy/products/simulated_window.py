@@ -92,10 +92,7 @@ def simulated_window(results: Path, well: str, window: int) -> SimulatedWindow:
     weight = float(windows["weight_on_bit"].values[row])
     weight = weight if weight > 0 else _ANY_WEIGHT
     rig = _with_cutting(rigs[row], weight)
-    cut = rig.regenerative.torque(set_speed, weight) if rig.regenerative else 0.0
-    cut += rig.cutting.torque(weight, set_speed) if rig.cutting else 0.0
-    drag = sum(float(section.kappa * section.polar_moment * section.length) for section in rig.system.string)
-    rock = float(np.nan_to_num(torque)) - (drag + float(rig.system.bit.damping)) * set_speed - cut
+    rock = float(np.nan_to_num(torque)) - _steady_torque(rig, set_speed, weight)
     recorded = np.arange(sweep.size) / sample_rate(records)
     steps = np.arange(0.0, recorded[-1], TIME_STEP)
     still = np.zeros(steps.size)
@@ -110,6 +107,14 @@ def simulated_window(results: Path, well: str, window: int) -> SimulatedWindow:
     )
     own = [np.interp(result.time, recorded, np.nan_to_num(series)) for series in (sweep, measured)]
     return SimulatedWindow(result.time, own[0], own[1], result.speed, result.torque_command, result.bit_speed)
+
+
+def _steady_torque(rig: NonlinearRig, speed: float, weight: float) -> float:
+    """What the rig's own dampings and cutting laws take at a steady speed, N m."""
+    drag = sum(float(section.kappa * section.polar_moment * section.length) for section in rig.system.string)
+    torque = (drag + float(rig.system.bit.damping)) * speed
+    torque += rig.regenerative.torque(speed, weight) if rig.regenerative else 0.0
+    return torque + (rig.cutting.torque(weight, speed) if rig.cutting else 0.0)
 
 
 def _with_cutting(rig: NonlinearRig, weight: float) -> NonlinearRig:

@@ -17,7 +17,7 @@ from drillid.formats.packing import opened
 from drillid.formats.places import shortened
 from drillid.formats.repeated_headers import check_header, is_header
 from drillid.formats.rows_without_data import WithoutData, may_be_times, rows_without_data
-from drillid.formats.streams import DELIMITER, Squeezed, WithoutLines, in_utf_8, lines_of
+from drillid.formats.streams import DELIMITER, Closed, Squeezed, WithoutLines, in_utf_8, lines_of
 from drillid.formats.text_layout import TextLayout, cells_of, layout_of
 
 _BLOCK = 2**18
@@ -57,7 +57,7 @@ def read_columns(
     types = as_text | (numeric if thousands is None else {})
     with contextlib.suppress(pa.ArrowInvalid):
         table = _read(path, layout, header.columns, types, rows)
-        if all(may_be_times(table.column(name)) for name in text):
+        if all(may_be_times(table.column(name)) and not _has_comment(table.column(name), layout) for name in text):
             return table if thousands is None else _with_numbers(table, header, numeric)
     places = [header.columns.index(name) for name in text]
     found, skipped = _lines_without_data(path, layout, len(header.columns), places, rows)
@@ -149,11 +149,13 @@ def _read(
         plain: Any = in_utf_8(content, layout.encoding)
         plain = WithoutLines(plain, left_out) if left_out else plain
         source = plain if rows is None else io.BytesIO(_first_lines(plain, layout.first_line + rows))
+        delimiter = DELIMITER if spaced else layout.delimiter
+        lines: Any = Closed(Squeezed(source) if spaced else source, delimiter, len(names))  # type: ignore[arg-type]
         return arrow_csv.read_csv(
-            pa.PythonFile(Squeezed(source) if spaced else source, mode="r"),
+            pa.PythonFile(lines, mode="r"),
             read_options=arrow_csv.ReadOptions(column_names=list(names), skip_rows=layout.first_line),
             parse_options=arrow_csv.ParseOptions(
-                delimiter=DELIMITER if spaced else layout.delimiter,
+                delimiter=delimiter,
                 invalid_row_handler=lambda row: "skip" if _is_no_row(row.text, layout) else "error",
             ),
             convert_options=arrow_csv.ConvertOptions(
@@ -175,6 +177,13 @@ def _check_widths(path: Path, layout: TextLayout, width: int, left_out: Collecti
                 f"columns: '{shortened(', '.join(cells))}'",
                 "Correct the line or delete it; a cell that holds the delimiter needs quotes",
             )
+
+
+def _has_comment(column: Any, layout: TextLayout) -> bool:
+    """Whether any cell begins as a comment does, which may have as many cells as a row."""
+    import pyarrow.compute as pc
+
+    return any(pc.any(pc.starts_with(column, sign)).as_py() for sign in layout.comment)
 
 
 def _is_no_row(line: str, layout: TextLayout) -> bool:

@@ -21,7 +21,7 @@ from drillid.formats.las_header import LasHeader, moment_in, read_header
 from drillid.formats.las_sections import Section, data_among, describing, sections_of
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.rows_without_data import may_be_times, rows_without_data
-from drillid.formats.streams import DELIMITER, Squeezed, WithoutLines, in_utf_8, lines_of
+from drillid.formats.streams import DELIMITER, Closed, Squeezed, WithoutLines, in_utf_8, lines_of
 from drillid.formats.text_layout import cells_of, decimal_of, decoded, is_text
 
 SUFFIXES = (".las",)
@@ -254,9 +254,14 @@ def _delimiter(header: LasHeader, lines: list[str]) -> str:
     """The delimiter that the header states, else the one that gives as many cells as there are curves."""
     if header.delimiter in _DELIMITERS:
         return _DELIMITERS[header.delimiter]
-    for delimiter in ("\t", ",", ";"):
-        if lines and all(len(cells_of(line.strip().strip(delimiter), delimiter)) > 1 for line in lines[:5]):
-            return delimiter
+    first, curves = [line.strip() for line in lines[:5]], len(header.names)
+    # a comma between spaces may be that of a decimal number
+    if any(re.search(r"[,;]\s|[,;]$", line) for line in first) or not all(
+        len(line.split()) in (curves, curves + 1) for line in first
+    ):
+        for delimiter in ("\t", ",", ";"):
+            if first and all(len(cells_of(line.strip(delimiter), delimiter)) > 1 for line in first):
+                return delimiter
     return " "
 
 
@@ -311,11 +316,13 @@ def _read(
         elif rows is not None:
             source = io.BytesIO(_first_lines(source, rows))
         spaced = layout.delimiter == " " or layout.width > 0
+        delimiter = DELIMITER if spaced else layout.delimiter
+        lines: Any = Closed(Squeezed(source) if spaced else source, delimiter, len(header.columns))  # type: ignore[arg-type]
         return arrow_csv.read_csv(
-            pa.PythonFile(Squeezed(source) if spaced else source, mode="r"),
+            pa.PythonFile(lines, mode="r"),
             read_options=arrow_csv.ReadOptions(column_names=list(header.columns)),
             parse_options=arrow_csv.ParseOptions(
-                delimiter=DELIMITER if spaced else layout.delimiter,
+                delimiter=delimiter,
                 invalid_row_handler=lambda row: "skip" if row.text.startswith(_COMMENT) else "error",
             ),
             convert_options=arrow_csv.ConvertOptions(

@@ -16,6 +16,7 @@ from drillid.formats.header_rows import unique
 from drillid.formats.mnemonics import is_no_unit, split_unit
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.since import stated_start
+from drillid.formats.streams import Closed
 from drillid.formats.witsml_document import LogObject, documents
 
 SUFFIXES = (".xml", ".witsml")
@@ -186,7 +187,7 @@ def _parsed(lines: list[str], delimiter: str, names: Sequence[str], columns: Seq
 
     def read(types: dict[str, Any]) -> Any:
         return arrow_csv.read_csv(
-            io.BytesIO("\n".join(lines).encode()),
+            pa.PythonFile(Closed(io.BytesIO("\n".join(lines).encode()), delimiter, len(names)), mode="r"),
             read_options=arrow_csv.ReadOptions(column_names=list(names)),
             parse_options=arrow_csv.ParseOptions(delimiter=delimiter),
             convert_options=arrow_csv.ConvertOptions(

@@ -7,21 +7,29 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from typer.testing import CliRunner
 
 from drillid.arrays import Complex, Floats
 from drillid.commands import app
 from drillid.control.margins import loop_transfer, margins
 from drillid.datasets.examined import EXAMINATIONS
+from drillid.datasets.store import WellFolders
 from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict
 from drillid.discrepancy.inference.coordinates import COORDINATES, Extension, Point
 from drillid.discrepancy.inference.localisation import place_probability
 from drillid.discrepancy.inference.set_fit import fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.predictive_gain import PredictiveGain
+from drillid.discrepancy.products import simulated_window
 from drillid.discrepancy.products.advice import advise, present_separation
 from drillid.discrepancy.products.dataset import examination_dataset
-from drillid.discrepancy.products.extended_model import coordinates, identified_window_models, window_model_of
+from drillid.discrepancy.products.extended_model import (
+    coordinates,
+    identified_window_models,
+    simulated_rigs,
+    window_model_of,
+)
 from drillid.discrepancy.products.immittance import missing_immittance
 from drillid.discrepancy.products.reflectogram import Reflectogram, reflectogram
 from drillid.discrepancy.products.simulated_window import COLUMNS
@@ -31,7 +39,7 @@ from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.explanations import likeliest_cause
 from drillid.discrepancy.verdicts.verdict import UNKNOWN
 from drillid.physics.eight_parameters import drilling_system
-from drillid.physics.equipment import DrillingSystem
+from drillid.physics.equipment import DrillingSystem, RegenerativeCutting
 from drillid.physics.responses import bit_mobility, laplace
 from drillid.physics.top_drive import control
 from drillid.simulation.simulate import TIME_STEP
@@ -349,6 +357,28 @@ def test_what_was_not_examined_is_not_simulated(lagging: Processed, well: str, w
     told = CliRunner().invoke(app, words)
     assert told.exit_code == 1
     assert match in told.output
+
+
+@pytest.mark.parametrize("weight", [1e5, np.nan])
+def test_a_named_cutting_torque_is_a_part_of_the_windows_mean_torque(
+    lagging: Processed, monkeypatch: pytest.MonkeyPatch, weight: float
+) -> None:
+    rigs, windows = simulated_rigs(lagging.dataset("discrepancy", "examination")), lagging.dataset("windows", "windows")
+    speed, torque = (float(windows[name][0]) for name in ("speed", "torque"))
+    bit = replace(rigs[0].system.bit, cutting=(RegenerativeCutting(0.3 * torque, speed, 3),))
+    cutting = replace(rigs[0], system=replace(rigs[0].system, bit=bit))
+    monkeypatch.setattr(simulated_window, "simulated_rigs", lambda _: {0: cutting})
+    read = WellFolders.read
+
+    def with_weight(folders: WellFolders, *place: str) -> xr.Dataset:
+        dataset = read(folders, *place)
+        logged = {"weight_on_bit": ("window", np.full(windows.sizes["window"], weight))}
+        return dataset.assign(logged) if place == ("windows", "windows") else dataset
+
+    monkeypatch.setattr(WellFolders, "read", with_weight)
+    found = simulated_window.simulated_window(lagging.folders.results, "well", int(windows["window"][0]))
+    # before the bit's own vibration changes what it takes
+    assert found.command[0] == pytest.approx(torque, rel=1e-3)
 
 
 def _echoes(result: Reflectogram) -> list[tuple[float, float]]:

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from drillid.errors import LogError
-from drillid.formats import first_stamp, read_log
+from drillid.formats import TimeColumn, first_stamp, read_log
 
 Change = Callable[[pd.DatetimeIndex, int], pd.DatetimeIndex]
 OSLO = pd.date_range("2025-10-25T23:50", "2025-10-26T01:50", freq="1s", tz="UTC")
@@ -90,3 +90,13 @@ def test_rows_that_are_repeated_or_swapped_are_no_change(change: Change, first: 
     path = saved(tmp_path, change(times, 300))
     with pytest.raises(LogError, match=r"row 1: .*2025-10-26 02:\d0:00 occurs twice there"):
         read_log(path, None, ["TQ"], zone="Europe/Oslo")
+
+
+@pytest.mark.parametrize("start", ["2025-10-25T20:00:00", "2025-03-29T20:00:00", "2025-03-30T01:59:30"])
+def test_seconds_go_on_where_clocks_are_changed(tmp_path: Path, start: str) -> None:
+    """As a counter does that began before the change."""
+    seconds = np.arange(60.0, 9 * 3600.0, 60.0)
+    pd.DataFrame({"t": seconds, "TQ": 1.5}).to_csv(tmp_path / "log.csv", index=False)
+    log = read_log(tmp_path / "log.csv", TimeColumn("t", zone="Europe/Oslo", start=start), ["TQ"])
+    begin = pd.Timestamp(start).tz_localize("Europe/Oslo").value
+    np.testing.assert_array_equal(log.stamps.astype(np.int64), begin + np.round(seconds * 1e9).astype(np.int64))

@@ -269,3 +269,54 @@ def test_the_row_that_alone_lacks_or_has_an_offset_is_named(offset: str, tmp_pat
     damaged = [*whole[:20], "yesterday", *whole[21:30], plain[30], *whole[31:]]
     with pytest.raises(LogError, match="row 21: 'yesterday' is not a time"):
         read_log(saved(tmp_path / "log.csv", Time=damaged), None, ["RPM"])
+
+
+@pytest.mark.parametrize("form", ["parquet", "feather"])
+def test_stated_null_values_are_missing_in_single_precision_too(tmp_path: Path, form: str) -> None:
+    speed = SPEED.astype(np.float32)
+    speed[10:20] = -999.9
+    table = pd.DataFrame({"Time": STAMPS, "RPM": speed})
+    path = tmp_path / f"log.{form}"
+    table.to_parquet(path) if form == "parquet" else table.to_feather(path)
+    found = read_log(path, None, ["RPM"], dialect=Dialect(null_values=(-999.9,))).pop("RPM")
+    assert np.flatnonzero(np.isnan(found)).tolist() == list(range(10, 20))
+
+
+@pytest.mark.parametrize("cells", [",,,", ",nan,nan,nan", ",No Data,No Data,No Data"])
+@pytest.mark.parametrize("between", ["T", " "])
+def test_rows_of_stamps_alone_are_no_header(tmp_path: Path, cells: str, between: str) -> None:
+    """As a historian begins, and in the form of stamps that messages recommend."""
+    stamps = pd.date_range("2025-03-03T06:00", periods=200, freq="20ms").strftime(f"%Y-%m-%d{between}%H:%M:%S.%f")
+    rows = [f"{stamp}Z{cells if row < 60 else f',{row},120.5,2500'}" for row, stamp in enumerate(stamps)]
+    (tmp_path / "log.csv").write_text("\n".join(["Time,SWEEP,RPM,DMEA", *rows]))
+    log = read_log(tmp_path / "log.csv", None, ["SWEEP", "RPM"])
+    assert log.stamps.size == 200
+    assert np.count_nonzero(np.isnan(log.pop("SWEEP"))) == 60
+
+
+@pytest.mark.parametrize(
+    "head",
+    [["Date,2025-03-04,,"], ["Rig,7,,"], ["Well,A-1,,", "Rig,7,,"], ["Start,2025-03-03,,", "End,2025-03-04,,", ",,,"]],
+)
+def test_what_a_workbook_has_above_its_table_is_no_data(tmp_path: Path, head: list[str]) -> None:
+    stamps = pd.date_range("2025-03-03T06:00", periods=100, freq="20ms").strftime("%Y-%m-%d %H:%M:%S.%f")
+    rows = [f"{stamp},{row},120.5,2500" for row, stamp in enumerate(stamps)]
+    (tmp_path / "log.csv").write_text("\n".join([*head, "Time,SWEEP,RPM,DMEA", *rows]))
+    log = read_log(tmp_path / "log.csv", None, ["SWEEP"])
+    np.testing.assert_array_equal(log.pop("SWEEP"), np.arange(100))
+
+
+def test_milliseconds_without_zeros_are_told_though_rows_are_out_of_order(tmp_path: Path) -> None:
+    stamps = pd.date_range("2025-03-03T06:00", periods=6000, freq="10ms")
+    written = [f"{at:%Y-%m-%d %H:%M:%S}.{at.microsecond // 1000}" for at in stamps]
+    written[1333], written[1334] = written[1334], written[1333]
+    pd.DataFrame({"Time": written, "RPM": 120.0}).to_csv(tmp_path / "log.csv", index=False)
+    found = read_log(tmp_path / "log.csv", None, ["RPM"]).stamps.astype(np.int64)
+    np.testing.assert_array_equal(np.sort(found), stamps.as_unit("ns").asi8)
+
+
+def test_a_row_that_is_commented_out_is_left_out(tmp_path: Path) -> None:
+    rows = [f"2025-03-03T06:00:{row // 10:02d}.{row % 10}00Z,{row}" for row in range(500)]
+    rows[300] = "#" + rows[300]
+    (tmp_path / "log.csv").write_text("\n".join(["Time,RPM", *rows]))
+    assert np.setdiff1d(np.arange(500), read_log(tmp_path / "log.csv", None, ["RPM"]).pop("RPM")).tolist() == [300]

@@ -411,3 +411,27 @@ def test_a_hole_is_filled_up_to_the_stated_length_and_open_beyond(rows: int, fil
     expected = RecordFlag.INTERPOLATED if filled else RecordFlag.GAP
     assert flagged(samples, expected) == list(range(1000, 1000 + rows))
     assert np.isnan(samples["speed"].values[1000 : 1000 + rows]).all() != filled
+
+
+def test_slow_rows_between_fast_ones_leave_these_where_they_were_sampled(tmp_path: Path) -> None:
+    """A recorder that writes depth once a second, whenever it has it, in rows of their own."""
+    fast, at = LOG.drop(columns=["HOLE", "BIT", "FLOW"]), np.arange(round(SECONDS)) * round(RATE)
+    late = pd.to_timedelta(np.random.default_rng(0).uniform(0.5, 19.5, at.size), unit="ms")
+    slow = LOG.loc[at, ["Time", "HOLE", "BIT", "FLOW"]].assign(Time=lambda rows: rows["Time"] + late)
+    whole = pd.concat([fast, slow]).sort_values("Time", kind="stable", ignore_index=True)
+    samples, told = record(whole, tmp_path)
+    assert not told
+    np.testing.assert_allclose(samples["torque_sweep"], SWEEP, rtol=1e-5, atol=1e-2)
+    assert not flagged(samples, RecordFlag.DUPLICATE)
+    assert not flagged(samples, RecordFlag.INTERPOLATED)
+    known = np.isfinite(samples["hole_depth"].values)
+    assert np.mean(known) > 0.9
+
+
+@pytest.mark.parametrize("row", [0, len(LOG) - 1])
+def test_a_missing_sample_at_an_end_is_no_gap_of_nothing(tmp_path: Path, row: int) -> None:
+    log = LOG.copy()
+    log.loc[row, "SWEEP"] = np.nan
+    _, told = record(log, tmp_path)
+    assert not any(" 0.0 s" in each for each in told)
+    assert any("gap of 0.02 s" in each for each in told)

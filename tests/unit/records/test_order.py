@@ -86,3 +86,11 @@ def test_gaps_of_months_and_clocks_that_are_set_are_not_stray() -> None:
     assert not stray(later).any()
     assert not stray(STAMPS - np.where(np.arange(ROWS) >= 1500, HOUR, 0)).any()
     assert not stray(np.random.default_rng(2).permutation(STAMPS * 1)).any()
+
+
+@pytest.mark.parametrize("order", [np.r_[1500:ROWS, 0:1500], np.r_[2000:ROWS, 0:1000, 1000:2000]])
+def test_parts_in_another_order_are_sorted(order: np.ndarray) -> None:
+    """As by a pattern of names, in which 10 comes before 9."""
+    rows, moved = in_order(STAMPS[order], np.arange(ROWS), 1 / RATE)
+    assert order[rows].tolist() == list(range(ROWS))
+    assert moved > 0

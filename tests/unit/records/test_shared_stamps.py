@@ -84,3 +84,13 @@ def test_stamps_that_are_fine_enough_are_left_as_they_are() -> None:
     found, usual = evenly(stamps, sweep_at(at), np.sin(at), NOTHING)
     assert usual == 0
     assert np.array_equal(found, stamps)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.85])
+def test_rows_that_are_written_twice_are_no_samples_of_their_own(share: float) -> None:
+    at = np.arange(3000) / 50.0
+    rows = np.repeat(np.arange(at.size), np.where(np.random.default_rng(0).random(at.size) < share, 2, 1))
+    stamps = START.value + np.round(at * 1e9).astype(np.int64)
+    ticks = place_rows(stamps[rows], sweep_at(at)[rows], np.sin(at)[rows])
+    assert ticks.rate == 50.0
+    assert ticks.rows.size == at.size
