@@ -29,7 +29,7 @@ from drillid.statistics import TWO_SIDED, student
 _ROUNDS = 3
 """Rounds in which each window is restarted from the set's values."""
 _CLOSE = 2.0
-"""Cost above that of an optimum within which a point counts as there: one standard error."""
+"""Cost above that of an optimum within which a point counts as there: two standard errors."""
 _HEAVY = student(TWO_SIDED, STUDENT_TAIL) / TWO_SIDED
 """Standard deviation of the normal distribution whose central 95 % interval is that of Student's t of unit scale."""
 _PLACES, _UNIT = list(LOCAL), np.eye(len(LOCAL))
@@ -327,7 +327,7 @@ class Expansion:
 
 
 def _is_close(about: Expansion, found: SetFit, extensions: tuple[Extension, ...]) -> bool:
-    """Whether a point lies within a standard error of an optimum, and its cost as little above the optimum's."""
+    """Whether a point lies within two standard errors of an optimum, and its cost as little above the optimum's."""
     if not 0 <= about.cost - found.cost < _CLOSE:
         return False
     off = about.point.coordinates(extensions) - found.point.coordinates(extensions)

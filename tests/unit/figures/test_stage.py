@@ -230,7 +230,7 @@ def test_figures_of_a_well_without_an_accepted_fit_and_without_a_stack(many: Wel
 def test_a_set_is_titled_by_the_verdicts_that_hold_in_it(many: WellResults) -> None:
     assert (many.examination["verdict"].values == "none").all()
     assert (many.verdicts["verdict"] != "none").all()
-    assert set_title(many, 0) == "1002–1028 m: regime change at 1015–1021 m, 99 %"
+    assert set_title(many, 0) == "1002–1028 m: regime change at 1015–1021 m, > 99 %"
     assert set_title(replace(many, verdicts=many.verdicts.iloc[:0]), 0) == "1002–1028 m"
     for probability, said in ((0.9999, "> 99 %"), (0.001, "< 1 %")):
         assert set_title(replace(many, verdicts=many.verdicts.assign(probability=probability)), 0).endswith(said)
