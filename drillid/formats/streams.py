@@ -61,8 +61,7 @@ class Squeezed(_Changed):
             self.ended = True
             return squeezed(self.rest)
         block = self.rest + block
-        # a carriage return at the very end may belong to a line feed that is yet to come
-        whole = 1 + max(block.rfind(b"\n"), block.rfind(b"\r", 0, -1))
+        whole = _whole_lines(block)
         self.rest = block[whole:]
         return squeezed(block[:whole])
 
@@ -85,7 +84,7 @@ class Closed(_Changed):
         block = self.stream.read(_BLOCK)
         self.ended = not block
         block = self.rest + block
-        whole = len(block) if self.ended else 1 + block.rfind(b"\n")
+        whole = len(block) if self.ended else _whole_lines(block)
         self.rest = block[whole:]
         if b'"' not in block[:whole]:
             return block[:whole]
@@ -131,11 +130,16 @@ def lines_of(stream: IO[bytes]) -> Iterator[bytes]:
     rest = b""
     while block := stream.read(_BLOCK):
         block = rest + block
-        # a carriage return at the very end may belong to a line feed that is yet to come
-        whole = 1 + max(block.rfind(b"\n"), block.rfind(b"\r", 0, -1))
+        whole = _whole_lines(block)
         rest = block[whole:]
         yield from block[:whole].splitlines(keepends=True)
     yield from rest.splitlines(keepends=True)
+
+
+def _whole_lines(block: bytes) -> int:
+    """Size of the lines of a block that are complete."""
+    # a carriage return at the very end may belong to a line feed that is yet to come
+    return 1 + max(block.rfind(b"\n"), block.rfind(b"\r", 0, -1))
 
 
 def squeezed(lines: bytes) -> bytes:

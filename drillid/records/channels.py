@@ -24,6 +24,9 @@ FAST_CHANNELS: tuple[Channel, ...] = ("torque_command", "torque_sweep", "speed")
 """Channels that carry the dynamics; the others are slow and only determine the rig's state."""
 
 
+_HAVE_OWN = "The nearer sample has values of its own; export slow channels with the samples"
+
+
 @dataclass(frozen=True)
 class RawChannels:
     """One log as read.
@@ -69,13 +72,16 @@ class RawChannels:
         rows = np.flatnonzero(fast)[order[nearer]]
         kept = np.ones(fast.size, dtype=bool)
         kept[slow] = False
-        channels = dict[str, Array]()
+        channels, left_out = dict[str, Array](), 0
         for channel in list(self.channels):
             values = self.channels.pop(channel)
-            put = np.isfinite(values[slow]) & ~np.isfinite(values[rows])
+            known, taken = np.isfinite(values[slow]), np.isfinite(values[rows])
+            put = known & ~taken
             values[rows[put]] = values[slow[put]]
+            left_out += int(np.count_nonzero(known & taken))
             channels[channel] = values[kept]
-        return replace(self, stamps=self.stamps[kept], channels=channels)
+        told = [(f"{left_out} values in rows between two samples are left out", _HAVE_OWN)] if left_out else []
+        return replace(self, stamps=self.stamps[kept], channels=channels, notes=[*self.notes, *told])
 
     def at_distinct_stamps(self, log: str) -> RawChannels:
         """The same with a row for each stamp, which holds the first value of each channel there; this is used up.
