@@ -7,6 +7,7 @@ how far their clocks are apart.
 from __future__ import annotations
 
 import functools
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ from drillid.records.clock_offset import FARTHEST_S, clock_offset
 from drillid.records.grid import Note
 from drillid.records.mapping import MappedColumn, dialect_of, layout_of
 
+_TOGETHER = "Record sweep, torque and speed together"
 _LONGEST_HOLE_S = 60.0
 """Slow channels are interpolated over holes up to this long, or a few of their intervals, s."""
 _LONGEST_HOLE = 5
@@ -232,6 +234,8 @@ def joined(raw: RawChannels, slow: SlowLogs, path: Path) -> RawChannels:
     """
     channels, columns, notes = dict(raw.channels), dict(raw.columns), list(raw.notes)
     lacking = [name for name in CHANNELS if name not in raw.channels and name in slow.channels]
+    apart = dict[Channel, str]()
+    taken = defaultdict[Channel, list[tuple[Integers, Array, float]]](list)
     for log in slow.around(int(raw.stamps.min()), int(raw.stamps.max())) if lacking else ():
         wanted = [name for name in lacking if name in log.channels]
         offset, why = _offset_of(log, raw)
@@ -241,25 +245,33 @@ def joined(raw: RawChannels, slow: SlowLogs, path: Path) -> RawChannels:
             what = (
                 f"{' and '.join(coarse)} of {log.path.name} cannot be joined: their samples are not at this log's times"
             )
-            notes.append((what, "Record sweep, torque and speed together"))
+            notes.append((what, _TOGETHER))
+            apart |= dict.fromkeys(coarse, what)
         wanted = [name for name in wanted if name not in coarse]
         for name in wanted:
-            values, known = _interpolated(log, log.channels[name], at), channels.get(name)
+            values, known = _interpolated(log.stamps, log.channels[name], log.interval, at), channels.get(name)
             channels[name] = values if known is None else np.where(np.isfinite(known), known, values)
             columns[name] = log.columns[name]
+            taken[name].append((log.stamps - round(offset * 1e9), log.channels[name], log.interval))
         if wanted:
             what = f"{', '.join(wanted)} taken from {log.path.name} at {1 / log.interval:.4g} Hz; {why}"
             notes.append((what, "Compare the clocks of both recorders if that is wrong"))
             notes += [note for note in log.notes if note not in notes]
-    _check_complete(channels, path)
+    for name, logs in taken.items():
+        channels[name] = _across(logs, channels[name], raw.stamps)
+    _check_complete(channels, path, apart)
     return RawChannels(raw.stamps, channels, notes, columns)
 
 
-def _check_complete(channels: Mapping[str, Array], path: Path) -> None:
+def _check_complete(channels: Mapping[str, Array], path: Path, apart: Mapping[Channel, str]) -> None:
+    """Refuse a log that lacks a needed channel; `apart` tells why some cannot be joined."""
     for name in REQUIRED_CHANNELS:
-        if name not in channels or not np.any(np.isfinite(channels[name])):
-            what = f"holds no {name}, and no other log of the well does at its time"
-            raise LogError(str(path), what, f"List the log that holds {name}, or map its column under channels.{name}")
+        if name in channels and np.any(np.isfinite(channels[name])):
+            continue
+        if name in apart:
+            raise LogError(str(path), f"holds no {name}; {apart[name]}", _TOGETHER)
+        what = f"holds no {name}, and no other log of the well does at its time"
+        raise LogError(str(path), what, f"List the log that holds {name}, or map its column under channels.{name}")
 
 
 def _sampled_together(log: SlowLog, at: Integers) -> bool:
@@ -269,17 +281,35 @@ def _sampled_together(log: SlowLog, at: Integers) -> bool:
     return bool(np.mean(apart <= _SAME_TIME_NS) > 0.5)
 
 
-def _interpolated(log: SlowLog, values: Array, at: Integers) -> Array:
+def _across(logs: Sequence[tuple[Integers, Array, float]], found: Array, at: Integers) -> Array:
+    """A channel that is also interpolated between the end of a slow log and the beginning of the next, shape (row,).
+
+    Parameters
+    ----------
+    logs : stamps, values and usual interval of each
+    found : the channel as each log gives it
+    """
+    missing = ~np.isfinite(found)
+    if len(logs) < 2 or not missing.any():
+        return found
+    stamps, values = (np.concatenate([log[place] for log in logs]) for place in (0, 1))
+    order = np.argsort(stamps, kind="stable")
+    filled = found.copy()
+    filled[missing] = _interpolated(stamps[order], values[order], max(log[2] for log in logs), at[missing])
+    return filled
+
+
+def _interpolated(stamps: Integers, values: Array, interval: float, at: Integers) -> Array:
     """A slow channel at given times, NaN where its samples are too far apart, of its own precision, shape (row,)."""
     good = np.isfinite(values)
     if np.sum(good) < 2:
         return np.full(at.size, np.nan, dtype=values.dtype)
-    stamps = log.stamps[good]
+    stamps = stamps[good]
     start = stamps[0]
     found = np.interp(at - start, stamps - start, values[good].astype(float), left=np.nan, right=np.nan)
     behind = np.clip(np.searchsorted(stamps, at, side="right"), 1, stamps.size - 1)
     hole = (stamps[behind] - stamps[behind - 1]) * 1e-9
-    found[hole > max(_LONGEST_HOLE_S, _LONGEST_HOLE * log.interval)] = np.nan
+    found[hole > max(_LONGEST_HOLE_S, _LONGEST_HOLE * interval)] = np.nan
     return np.asarray(found.astype(values.dtype))
 
 

@@ -174,7 +174,20 @@ def test_dynamics_are_taken_from_another_file_only_where_it_was_sampled_at_the_s
     folders = WellFolders(tmp_path / "two", "W1")
     rig = Rig.checked({**RIG.model_dump(), "other_logs": [OTHERS]}, "rig")
     problems = process(Well("W1", rig, (sweep, apart)), folders, Settings())
-    assert any("holds no speed, and no other log of the well does at its time" in problem.what for problem in problems)
+    (problem,) = (each for each in problems if "holds no speed; " in each.what)
+    assert "cannot be joined: their samples are not at this log's times" in problem.what
+
+
+def test_a_slow_channel_goes_on_from_file_to_file(tmp_path: Path) -> None:
+    log = whole_log()
+    cut = len(log) // 100 * 50
+    parts = log[:cut], log[cut:]
+    fast = [save(part[FAST], tmp_path / f"{at}_fast.csv") for at, part in enumerate(parts)]
+    slow = [save(slow_log(part), tmp_path / f"{at}_depth.csv") for at, part in enumerate(parts)]
+    joined, _ = run(tmp_path, *fast, *slow)
+    known = np.isfinite(joined["hole_depth"].values)
+    # before the first row of all slow logs, and behind the last one
+    assert np.flatnonzero(~known[20:-50]).size == 0
 
 
 def test_a_later_run_reads_only_what_is_new_or_joined_with_what_is_new(
