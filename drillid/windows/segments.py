@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from drillid.arrays import Floats
 from drillid.datasets.codes import RecordFlag, RigState
-from drillid.windows.rig_state import NEEDED
 
 SEGMENT_COLUMNS = ("well", "state", "start", "end", "from_m", "to_m", "duration_s", "windows", "reason")
 """Columns of segments.csv: one row for every segment of the recorded time."""
@@ -152,15 +151,20 @@ def cut(segment: Segment, part: xr.Dataset, first: int, stop: int, rate: float, 
     )
 
 
-def reason_of(segment: Segment) -> str:
-    """Why a segment without windows has none."""
+def reason_of(segment: Segment, missing: Sequence[str]) -> str:
+    """Why a segment without windows has none.
+
+    Parameters
+    ----------
+    missing : needed channels that it lacks
+    """
     if segment.state is RigState.DRILLING:
         return "a sensor is stuck"
     if segment.state is RigState.UNKNOWN:
         return (
             f"gap of {_seconds(segment.duration)} s"
             if segment.gap
-            else f"no {', '.join(NEEDED)} for {_seconds(segment.duration)} s"
+            else f"no {', '.join(missing)} for {_seconds(segment.duration)} s"
         )
     return _REASONS[segment.state]
 

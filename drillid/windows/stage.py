@@ -60,7 +60,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             rows += [Segment.of(row, segment.first) for row in divided["rows"]]
             windows += [row | {"first_sample": segment.first + row["first_sample"]} for row in divided["windows"]]
         else:
-            rows.append(replace(segment, reason=reason_of(segment)))
+            rows.append(replace(segment, reason=reason_of(segment, _missing(segment, records))))
     folders.write("windows", "windows", _windows_dataset(windows))
     folders.write_table("windows", "segments", segments_table(well.name, rows))
     memo.save()
@@ -73,6 +73,14 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             "See its segments.csv for the reasons",
         )
     ]
+
+
+def _missing(segment: Segment, records: xr.Dataset) -> list[str]:
+    """Needed channels that a segment of unknown state lacks."""
+    if segment.state is not RigState.UNKNOWN:
+        return []
+    part = records[list(NEEDED)].isel(time=slice(segment.first, segment.stop))
+    return [name for name in NEEDED if not np.isfinite(part[name].values).all()]
 
 
 def _log_segments(

@@ -56,6 +56,14 @@ def test_a_stand_gives_as_many_windows_as_fit_and_the_connection_none(tmp_path: 
     assert problems == []
 
 
+def test_the_reason_names_the_channel_that_is_missing(tmp_path: Path) -> None:
+    log = drilling(60)
+    log.loc[25 * RATE : 35 * RATE - 1, ["HOLE", "BIT"]] = np.nan
+    _, table, _, _ = run(tmp_path, log)
+    (reason,) = set(table["reason"][table["state"] == "unknown"])
+    assert reason == "no hole_depth for 10.0 s"
+
+
 def test_figures_of_a_window(tmp_path: Path) -> None:
     log = drilling(40)
     found, *_ = run(tmp_path, log)
