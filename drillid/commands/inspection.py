@@ -77,11 +77,13 @@ def _print(found: Inspection) -> None:
 
 
 def _print_file(contents: Contents) -> None:
+    from drillid.records.grid import seconds_text
+
     place = f"{contents.path}, '{contents.table}'" if contents.table else str(contents.path)
     typer.echo(f"{place}: {contents.format}, {contents.rows} rows at {contents.rate:.4g} Hz")
     typer.echo(f"  from {contents.first} to {contents.last} UTC")
     for start, seconds in contents.gaps:
-        typer.echo(f"  gap of {seconds:.1f} s after {start}")
+        typer.echo(f"  gap of {seconds_text(seconds)} s after {start}")
     for what, _ in contents.notes:
         typer.echo(f"  {what}")
     sweep = contents.sweep

@@ -35,8 +35,6 @@ from drillid.physics.responses import command_mobility, laplace
 from drillid.statistics import to_normal
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from drillid.config.listing import Well
     from drillid.config.settings import Settings
 
@@ -80,13 +78,14 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         {name: ("window", pull) for name, (pull, _) in pulls.items()} | {"flagged": ("window", flagged)}
     ).assign_coords({name: data.mobility[name] for name in (*WINDOW_COORDINATES, "frequency")})
     table = intervals(data.windows, dataset, run)
-    table = table.assign(**_predictions(table, data, dataset, run))
+    members = [_inside_and_usual(number, data, dataset, run) for number in range(len(table))]
+    table = table.assign(**_predictions(data, members))
     memo, earlier = Memo(folders, "discrepancy"), folders.earlier("discrepancy", "examination")
     base_rates, common_causes = stated_base_rates(settings.discrepancy), settings.common_causes.enabled
     sets = examine_well(data, error_rate * (1 - CHANGES_SHARE), base_rates, memo, earlier, common_causes)
     changes = [
-        _change(number, row, data, dataset, run, parameters, p_values)
-        for number, row in enumerate(table.to_dict("records"))
+        _change(row, inside, usual, parameters, p_values)
+        for row, (inside, usual) in zip(table.to_dict("records"), members, strict=True)
     ]
     dataset["verdict"] = "window", window_verdicts(sets, changes, data.windows)
     folders.write("discrepancy", "discrepancy", dataset)
@@ -122,32 +121,29 @@ def _residual_tests(data: WellData) -> xr.Dataset:
 
 
 def _change(
-    number: int,
     row: Mapping[Hashable, Any],
-    data: WellData,
-    dataset: xr.Dataset,
-    run: Integers,
+    inside: Booleans,
+    usual: Booleans,
     parameters: Mapping[str, tuple[Floats, Floats]],
     p_values: Sequence[Floats],
 ) -> Verdict:
-    """The verdict on one flagged interval, whose row in the table has this number."""
-    inside, usual = _inside_and_usual(number, data, dataset, run)
+    """The verdict on one flagged interval."""
     tested = sum(int(np.isfinite(p_value).sum()) for p_value in p_values)
     p_value = min(tested * float(np.nanmin([track[inside] for track in p_values])), 1.0)
     return change_verdict(parameters, inside, usual, row["from_m"], row["to_m"], p_value, row["evidence"])
 
 
 def _inside_and_usual(number: int, data: WellData, dataset: xr.Dataset, run: Integers) -> tuple[Booleans, Booleans]:
-    """Windows of a flagged interval, and those of its run that are not flagged, with an accepted fit."""
+    """Windows of a flagged interval by its number, and those of its run that are not flagged, with an accepted fit."""
     flagged = dataset["flagged"].values
     known = np.isfinite(_estimate(data.fits, "damping_bha")[0])
     inside = interval_numbers(flagged, run) == number
     return inside & known, ~flagged & np.isin(run, run[inside]) & known
 
 
-def _predictions(table: pd.DataFrame, data: WellData, dataset: xr.Dataset, run: Integers) -> dict[str, list[float]]:
+def _predictions(data: WellData, members: Sequence[tuple[Booleans, Booleans]]) -> dict[str, list[float]]:
     """Errors of the predicted speed in each flagged interval, and its noise, rad/s, by their columns."""
-    rows = [interval_prediction(data, *_inside_and_usual(number, data, dataset, run)) for number in range(len(table))]
+    rows = [interval_prediction(data, *each) for each in members]
     return {name: [row[place] for row in rows] for place, name in enumerate(PREDICTION_COLUMNS)}
 
 

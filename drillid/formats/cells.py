@@ -51,9 +51,9 @@ def numbers(places: Places, name: str, column: Any, null_values: tuple[float, ..
                 f"Correct the cell{places.in_line(row)}, or leave it empty if there is no value",
             )
         values = found.to_numpy(dtype=np.float64, copy=True)
-    for null in (*NULL_VALUES, *null_values, np.inf, -np.inf):
-        # of single precision as well
-        values[(values == null) | (values == np.float64(np.float32(null)))] = np.nan
+    stated = {*NULL_VALUES, *null_values, np.inf, -np.inf}
+    for null in stated | {float(np.float32(each)) for each in stated}:
+        values[values == null] = np.nan
     return values, notes
 
 

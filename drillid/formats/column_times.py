@@ -54,8 +54,8 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
         raise of.wrong(row, values[row], remedy, fault=str(error)) from error
     if not found.decided:
         counts = of.described.start is None and start is not None
-        from_header = (of.from_header(int(found.since[0]), in_utc=found.zoned),)
-        return Naive(found.since, found.zoned, from_header if counts else ())
+        notes = [of.from_header(int(found.since[0]), in_utc=found.zoned)] if counts else []
+        return Naive(found.since, found.zoned, tuple(notes))
     zone = "UTC" if found.zoned else f"in the zone {of.zone()}"
     what = f"the times in column '{of.column}' are read as {found.decided}, {zone}, according to their magnitude"
     return Naive(found.since, found.zoned, ((what, "State time.unit in the rig description if that is wrong"),))

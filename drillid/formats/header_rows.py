@@ -20,8 +20,6 @@ _TIME = re.compile(
 )
 _MISSING = {"", "nan", "null", "none", "n/a", "na", "#n/a", "-nan", "inf", "-inf", "---", "--", "-"}
 _RULE = re.compile(r"[-=+_|*\s]*[-=_]{2,}[-=+_|*\s]*")
-
-
 _PREAMBLE = 30
 """Rows above the names of columns in which a file may describe itself."""
 

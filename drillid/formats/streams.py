@@ -45,37 +45,16 @@ class _Changed(io.RawIOBase):
         return whole[:wanted]
 
 
-class Squeezed(_Changed):
-    """Lines with each run of spaces and tabs as one `DELIMITER`, and none at their ends."""
+class _ByLines(_Changed):
+    """A stream of lines, changed many at a time."""
 
     def __init__(self, stream: IO[bytes]) -> None:
         super().__init__(stream)
         self.rest, self.ended = b"", False
 
-    def next_block(self) -> bytes | None:
-        """Whole lines; what follows the last line break waits for the next block."""
-        if self.ended:
-            return None
-        block = self.stream.read(_BLOCK)
-        if not block:
-            self.ended = True
-            return squeezed(self.rest)
-        block = self.rest + block
-        whole = _whole_lines(block)
-        self.rest = block[whole:]
-        return squeezed(block[:whole])
-
-
-class Closed(_Changed):
-    """Lines in which a quote that does not close is a character like any other.
-
-    A parser takes all that follows such a quote, up to the next one, as a single cell.
-    """
-
-    def __init__(self, stream: IO[bytes], delimiter: str, width: int) -> None:
-        """A stream of lines with so many cells each."""
-        super().__init__(stream)
-        self.delimiter, self.width, self.rest, self.ended = delimiter.encode(), width, b"", False
+    def changed(self, lines: bytes) -> bytes:
+        """The changed lines."""
+        raise NotImplementedError
 
     def next_block(self) -> bytes | None:
         """Whole lines; what follows the last line break waits for the next block."""
@@ -86,9 +65,31 @@ class Closed(_Changed):
         block = self.rest + block
         whole = len(block) if self.ended else _whole_lines(block)
         self.rest = block[whole:]
-        if b'"' not in block[:whole]:
-            return block[:whole]
-        return b"".join(map(self._closed, block[:whole].splitlines(keepends=True)))
+        return self.changed(block[:whole])
+
+
+class Squeezed(_ByLines):
+    """Lines with each run of spaces and tabs as one `DELIMITER`, and none at their ends."""
+
+    def changed(self, lines: bytes) -> bytes:
+        """The lines with one delimiter between their words."""
+        return squeezed(lines)
+
+
+class Closed(_ByLines):
+    """Lines in which a quote that does not close is a character like any other.
+
+    A parser takes all that follows such a quote, up to the next one, as a single cell.
+    """
+
+    def __init__(self, stream: IO[bytes], delimiter: str, width: int) -> None:
+        """A stream of lines with so many cells each."""
+        super().__init__(stream)
+        self.delimiter, self.width = delimiter.encode(), width
+
+    def changed(self, lines: bytes) -> bytes:
+        """The lines, without the quotes of those whose quotes are not in pairs."""
+        return b"".join(map(self._closed, lines.splitlines(keepends=True))) if b'"' in lines else lines
 
     def _closed(self, line: bytes) -> bytes:
         """The line without its quotes, if their number is odd and it has all of its cells."""
@@ -153,3 +154,16 @@ def in_utf_8(stream: IO[bytes], encoding: str) -> IO[bytes]:
     if encoding.lower() in ("utf-8", "utf8", "ascii"):
         return stream
     return Transcoded(stream, encoding)  # type: ignore[return-value]
+
+
+def parsable(stream: IO[bytes], delimiter: str, width: int) -> tuple[IO[bytes], str]:
+    """Lines as a parser takes them, and the delimiter between their cells.
+
+    Parameters
+    ----------
+    delimiter : a space stands for runs of spaces and tabs
+    width : number of cells of a line
+    """
+    if delimiter != " ":
+        return Closed(stream, delimiter, width), delimiter  # type: ignore[return-value]
+    return Closed(Squeezed(stream), DELIMITER, width), DELIMITER  # type: ignore[arg-type,return-value]

@@ -182,3 +182,8 @@ def _step_notes(ticks: Ticks, grid: Grid) -> list[Note]:
 def first_and_last(grid: Grid, samples: Sequence[int]) -> str:
     """Times of the first and the last of some samples, in order of time, for messages."""
     return f"the first at {grid.at(samples[0])}, the last at {grid.at(samples[-1])}"
+
+
+def seconds_text(seconds: float) -> str:
+    """A duration, s, for messages; never rounded to nothing."""
+    return f"{seconds:.1f}" if seconds >= 1 else f"{seconds:.2f}"

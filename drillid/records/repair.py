@@ -9,7 +9,7 @@ from drillid.arrays import Array, Booleans, Floats, Integers
 from drillid.config.settings import RecordsSettings
 from drillid.datasets.codes import RecordFlag
 from drillid.records.channels import FAST_CHANNELS
-from drillid.records.grid import CHECK_RECORDER, MOST_APART, Grid, Note, first_and_last
+from drillid.records.grid import CHECK_RECORDER, MOST_APART, Grid, Note, first_and_last, seconds_text
 from drillid.records.quality import runs, spikes, stuck
 
 _SPLINE_BLOCK = 100_000
@@ -110,7 +110,7 @@ class Repair:
             self._note(f"{lengths}, {first_and_last(self.grid, places)}", remedy)
             return
         for length, place in zip(seconds, places, strict=True):
-            self._note(f"gap of {length:.{1 if length >= 1 else 2}f} s {preposition} {self.grid.at(place)}", remedy)
+            self._note(f"gap of {seconds_text(length)} s {preposition} {self.grid.at(place)}", remedy)
 
     def _flag(self, where: Booleans, flag: RecordFlag) -> None:
         self.flags[where] |= np.uint8(flag)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from drillid.arrays import Floats
 from drillid.datasets.codes import RecordFlag, RigState
+from drillid.records.grid import seconds_text
 
 SEGMENT_COLUMNS = ("well", "state", "start", "end", "from_m", "to_m", "duration_s", "windows", "reason")
 """Columns of segments.csv: one row for every segment of the recorded time."""
@@ -162,16 +163,11 @@ def reason_of(segment: Segment, missing: Sequence[str]) -> str:
         return "a sensor is stuck"
     if segment.state is RigState.UNKNOWN:
         return (
-            f"gap of {_seconds(segment.duration)} s"
+            f"gap of {seconds_text(segment.duration)} s"
             if segment.gap
-            else f"no {', '.join(missing)} for {_seconds(segment.duration)} s"
+            else f"no {', '.join(missing)} for {seconds_text(segment.duration)} s"
         )
     return _REASONS[segment.state]
-
-
-def _seconds(duration: float) -> str:
-    """A duration that is never rounded to nothing."""
-    return f"{duration:.1f}" if duration >= 1 else f"{duration:.2f}"
 
 
 def segments_table(well: str, rows: list[Segment]) -> pd.DataFrame:

@@ -43,11 +43,10 @@ RELATIVE = (2, 3, 8, 9)
 IMPEDANCES = (3, 5, 6, 8, 9)
 """Indices of the coordinates by which torques per speed grow: with all of these and the inertias of collars and bit
 times a factor, mobilities are divided by it."""
-NOT_MEASURED = (3, 4, 5, 7, 8, 9)
-"""Indices of the coordinates that no one on the rig measures, so that their values are now and then plainly wrong."""
-DEGREES = np.full(SHARED, np.inf)
+_NOT_MEASURED = np.isin(COORDINATES, ("polar_moment", "delay", "inertia_td", "inertia_bit", "P", "I"))
+"""(14,) which coordinates no one on the rig measures, so that their values are now and then plainly wrong."""
+DEGREES = np.where(_NOT_MEASURED, float(STUDENT_TAIL), np.inf)
 """(14,) degrees of freedom of the coordinates' priors, which are Student's t; infinite where they are normal."""
-DEGREES[list(NOT_MEASURED)] = STUDENT_TAIL
 MEASURED = np.isin(COORDINATES, ("length", "clock"))
 """(14,) which coordinates are read on the rig: as exact as their tolerances say, if these can be trusted."""
 INTERVAL = COORDINATES.index("interval")

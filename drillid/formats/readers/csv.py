@@ -17,7 +17,7 @@ from drillid.formats.packing import opened
 from drillid.formats.places import shortened
 from drillid.formats.repeated_headers import check_header, is_header
 from drillid.formats.rows_without_data import WithoutData, may_be_times, rows_without_data
-from drillid.formats.streams import DELIMITER, Closed, Squeezed, WithoutLines, in_utf_8, lines_of
+from drillid.formats.streams import WithoutLines, in_utf_8, lines_of, parsable
 from drillid.formats.text_layout import TextLayout, cells_of, layout_of
 
 _BLOCK = 2**18
@@ -144,13 +144,11 @@ def _read(
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 
-    spaced = layout.delimiter == " "
     with opened(path) as content:
         plain: Any = in_utf_8(content, layout.encoding)
         plain = WithoutLines(plain, left_out) if left_out else plain
         source = plain if rows is None else io.BytesIO(_first_lines(plain, layout.first_line + rows))
-        delimiter = DELIMITER if spaced else layout.delimiter
-        lines: Any = Closed(Squeezed(source) if spaced else source, delimiter, len(names))  # type: ignore[arg-type]
+        lines, delimiter = parsable(source, layout.delimiter, len(names))
         return arrow_csv.read_csv(
             pa.PythonFile(lines, mode="r"),
             read_options=arrow_csv.ReadOptions(column_names=list(names), skip_rows=layout.first_line),

@@ -21,7 +21,7 @@ from drillid.formats.las_header import LasHeader, moment_in, read_header
 from drillid.formats.las_sections import Section, data_among, describing, sections_of
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.rows_without_data import may_be_times, rows_without_data
-from drillid.formats.streams import DELIMITER, Closed, Squeezed, WithoutLines, in_utf_8, lines_of
+from drillid.formats.streams import WithoutLines, in_utf_8, lines_of, parsable
 from drillid.formats.text_layout import cells_of, decimal_of, decoded, is_text
 
 SUFFIXES = (".las",)
@@ -315,9 +315,7 @@ def _read(
             source = _unwrapped(source, layout, rows)
         elif rows is not None:
             source = io.BytesIO(_first_lines(source, rows))
-        spaced = layout.delimiter == " " or layout.width > 0
-        delimiter = DELIMITER if spaced else layout.delimiter
-        lines: Any = Closed(Squeezed(source) if spaced else source, delimiter, len(header.columns))  # type: ignore[arg-type]
+        lines, delimiter = parsable(source, " " if layout.width else layout.delimiter, len(header.columns))
         return arrow_csv.read_csv(
             pa.PythonFile(lines, mode="r"),
             read_options=arrow_csv.ReadOptions(column_names=list(header.columns)),

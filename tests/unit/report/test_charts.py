@@ -18,8 +18,13 @@ from drillid.report.charts.style import depth_range
 from tests.unit.report.conftest import Fleet
 
 
+def loaded(fleet: Fleet) -> WellResults:
+    """Results of the first well."""
+    return WellResults.load(read_sheets(fleet.settings)["W1"].load(), WellFolders(fleet.results, "W1"), 0.05)
+
+
 def test_a_residual_is_shown_at_its_frequency_and_none_from_above_the_band(fleet: Fleet) -> None:
-    results = WellResults.load(read_sheets(fleet.settings)["W1"].load(), WellFolders(fleet.results, "W1"), 0.05)
+    results = loaded(fleet)
     frequency, grid = results.depth["frequency"].values, well_data.maps(results).frequency
     residual = np.ones((results.windows.sizes["window"], frequency.size), dtype=complex)
     # the grid is coarser than the frequencies there
@@ -38,7 +43,7 @@ def test_a_residual_is_shown_at_its_frequency_and_none_from_above_the_band(fleet
 
 @pytest.mark.parametrize("name", ["fitted", "bit_controlled", "step_stiff"])
 def test_columns_of_a_map_lie_at_their_frequencies_and_times(fleet: Fleet, name: str) -> None:
-    results = WellResults.load(read_sheets(fleet.settings)["W1"].load(), WellFolders(fleet.results, "W1"), 0.05)
+    results = loaded(fleet)
     maps = well_data.maps(results)
     chart = map_charts(results, maps, map_source(results, maps), depth_range(1000.0, 1030.0))[name]
     (image,) = (each.glyph for each in chart.renderers if isinstance(each.glyph, Image))
@@ -51,16 +56,11 @@ def test_columns_of_a_map_lie_at_their_frequencies_and_times(fleet: Fleet, name:
 
 
 def test_what_the_rig_did_is_drawn_over_the_depths_of_its_window(fleet: Fleet) -> None:
-    results = WellResults.load(read_sheets(fleet.settings)["W1"].load(), WellFolders(fleet.results, "W1"), 0.05)
+    results = loaded(fleet)
     log = log_plot(results, (), depth_range(1000.0, 1030.0))
     drawn = [each.glyph for track, _, _ in log.chart.children for each in track.renderers]
     upright = [glyph for glyph in drawn if isinstance(glyph, Segment) and glyph.x0 == glyph.x1 == "weight"]
     assert [(glyph.y0, glyph.y1) for glyph in upright] == [("cell_top", "cell_bottom")]
-
-
-def loaded(fleet: Fleet) -> WellResults:
-    """Results of the first well."""
-    return WellResults.load(read_sheets(fleet.settings)["W1"].load(), WellFolders(fleet.results, "W1"), 0.05)
 
 
 def track_of(results: WellResults, column: str) -> Any:
