@@ -71,7 +71,8 @@ that √λ is log-uniform over 1 … 30, or over 10 … 30 where the catalogue l
 physical sizes allow. What is not linear (limits, play, regimes) has no such test and is left out of `power_ratio`. The
 trace of limits and play in the records is known, as the same rig is simulated under the same noise without them: a
 limit that is never reached leaves none, nor does a play that never opens. They count where a test over the family that
-knows the trace, sample by sample, would detect half of it.
+knows the trace, sample by sample, but not the drive's delay, would detect half of it; up to block 560000 it knew the
+delay too, although a limit that acts at every slew mostly delays the torque.
 
 An answer is right where every verdict is the hidden cause, or a class of causes that cannot be distinguished from it:
 the ideal test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard

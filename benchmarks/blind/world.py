@@ -66,6 +66,12 @@ def records_of(case: AnyCase) -> own.Records:
     return own.Records(**kept_records(records_path(case), len(case.segments), simulated))
 
 
+def simulated(case: AnyCase, window: int, nuisances: Floats) -> dict[str, Floats]:
+    """Channels of one window, each (samples,), of a case's rig with other nuisances, offsets from the truth (12,)."""
+    module = own if isinstance(case, own.Case) else other
+    return module.simulated(case, window, nuisances=nuisances)
+
+
 def records_path(case: AnyCase) -> Path:
     """Cache file of a case's records, named after a hash of the simulator's code and input."""
     if isinstance(case, own.Case):

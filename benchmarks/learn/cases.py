@@ -95,7 +95,7 @@ def evidence_of(case: Case) -> Evidence:
 
 
 def _gathered(case: Case) -> Evidence:
-    windows = [own._simulated(case, number) for number in range(len(case.segments))]
+    windows = [own.simulated(case, number) for number in range(len(case.segments))]
     lost = np.full_like(windows[0]["speed"], np.nan)
     series = [
         Series(window["sweep"], window["speed"], window["command"] if case.command_logged else lost)

@@ -74,7 +74,7 @@ class Case(Sealed):
     def path(self) -> Path:
         """Cache file of its records, named after a hash of the simulator's code and input."""
         code = source_hash("drillid.simulation.simulate", "drillid.excitation.torques", "drillid.simulation.recorder")
-        own = [inspect.getsource(function) for function in (_simulated, _course, bit_noise)]
+        own = [inspect.getsource(function) for function in (simulated, _course, bit_noise)]
         worlds = [_content(self.world(number)) for number in range(len(self.segments))]
         excitation = [self.equipment.sweep_amplitude, self.equipment.noise_bandwidth, self.equipment.noise_swing]
         levels = [segment.bit_noise for segment in self.segments]
@@ -111,15 +111,15 @@ def plain_case(seed: int, windows: int | None = None) -> tuple[Case, np.random.G
 
 def simulate_case(case: Case) -> Records:
     """Records of a case, cached in a file."""
-    series = kept_records(case.path, len(case.segments), partial(_simulated, case))
+    series = kept_records(case.path, len(case.segments), partial(simulated, case))
     if not case.command_logged:
         series["command"] = np.full_like(series["speed"], np.nan)
     return Records(**series)
 
 
-def _simulated(case: Case, window: int) -> dict[str, Floats]:
-    """Channels of one window, each (samples,)."""
-    world, equipment = case.world(window), case.equipment
+def simulated(case: Case, window: int, nuisances: Floats | None = None) -> dict[str, Floats]:
+    """Channels of one window, each (samples,); of a rig with other nuisances, offsets from the truth (12,)."""
+    world, equipment = case.world(window, nuisances), case.equipment
     generator = np.random.default_rng([_SEAL, case.seed, window, 1])
     steps = round((LEAD_IN_S + WINDOW_S) / TIME_STEP)
     time = np.arange(steps) * TIME_STEP

@@ -59,12 +59,14 @@ def plain_case(seed: int, windows: int | None = None) -> tuple[Case, np.random.G
     return Case(seed, rig, segments, sheet, (), False, bool(generator.random() < 0.7)), generator
 
 
-def simulated(case: Case, number: int, hidden: tuple[Hidden, ...] | None = None) -> dict[str, Floats]:
+def simulated(
+    case: Case, number: int, hidden: tuple[Hidden, ...] | None = None, nuisances: Floats | None = None
+) -> dict[str, Floats]:
     """Channels of one window, each (rows,), and `standing`, the share of the time in which the bit stands.
 
     Noise depends on case and window alone, so that the same rig is simulated with and without a cause.
     """
-    window, seed = case.window(number, hidden), [_SEAL, case.seed, number]
+    window, seed = case.window(number, hidden, nuisances), [_SEAL, case.seed, number]
     result = simulate(window, SWEEP_PERIOD, WINDOW_S, seed)
     phase = float(np.random.default_rng([*seed, 9]).uniform(0, 2 * np.pi))
     rows = record(result, window.recording, SWEEP_PERIOD, WINDOW_S, phase)

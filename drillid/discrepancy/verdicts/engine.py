@@ -25,11 +25,11 @@ from drillid.discrepancy.rules import (
     RESPONSES_SHARE,
     SHAPE_RESOLVED,
 )
-from drillid.discrepancy.verdicts.examination import Examination, as_unknown, unextended
+from drillid.discrepancy.verdicts.examination import Examination, unextended
 from drillid.discrepancy.verdicts.explanations import Likeliest, base_model_rejected, likeliest_cause
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
 from drillid.discrepancy.verdicts.from_responses import explain_responses
-from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, Verdict, calibrated
+from drillid.discrepancy.verdicts.verdict import NONE, Verdict, calibrated
 from drillid.errors import EstimationError
 
 
@@ -194,29 +194,22 @@ def decisions(misfit: float, detections: Sequence[float], error_rate: float) -> 
 
 
 def at_even_odds(examination: Examination) -> Examination:
-    """Verdicts with calibrated probabilities; names that are likelier wrong than right are not given, and a verdict
-    unknown becomes none where that is likelier.
+    """Verdicts with calibrated probabilities; those that are likelier wrong than right are not given, and none is the
+    verdict without any.
     """
-    if not examination.verdicts:
-        return replace(examination, verdicts=(calibrated(_none(examination)),))
-    uncalibrated = examination.verdicts
-    verdicts = tuple(calibrated(verdict) for verdict in uncalibrated)
+    stated = tuple(calibrated(verdict) for verdict in examination.verdicts)
     # the calibration of names holds from even odds of the posterior on
     kept = tuple(
         verdict
-        for verdict, before in zip(verdicts, uncalibrated, strict=True)
-        if not verdict.members or min(verdict.probability, before.probability) >= EVEN_ODDS
+        for verdict, before in zip(stated, examination.verdicts, strict=True)
+        if min(verdict.probability, before.probability) >= EVEN_ODDS
     )
     if kept:
-        result = replace(examination, verdicts=kept)
-    else:
-        likeliest = max(uncalibrated, key=lambda verdict: verdict.probability)
-        unknown = as_unknown(likeliest, "it is likelier something else, or nothing")
-        result = replace(unextended(examination), verdicts=(calibrated(unknown),))
+        return replace(examination, verdicts=kept)
     nothing = calibrated(_none(examination))
-    if all(verdict.verdict == UNKNOWN and verdict.probability < nothing.probability for verdict in result.verdicts):
-        return replace(unextended(examination), verdicts=(nothing,))
-    return result
+    # what is not something else is nothing
+    probability = max(nothing.probability, 1 - max((verdict.probability for verdict in stated), default=1.0))
+    return replace(unextended(examination), verdicts=(replace(nothing, probability=probability),))
 
 
 def _none(examination: Examination) -> Verdict:

@@ -137,9 +137,9 @@ def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: 
     gain = _gain(result, place, without).joined(
         detection_gain([detection for detection in evidence.detections if detection.cause == cause.name])
     )
-    members = _members(result, posterior, without)
     rates, own = result.base_rates, fit.log_evidence
     present = rates.probability_beside(own) if place > 0 else rates.probability([cause.name], own)
+    members = _members(result, posterior, without, present)
     own_evidence = {one.name: one.log_evidence for one in (*posterior.fitted_causes, fit)}
     return Verdict(
         verdict=class_name(members),
@@ -188,11 +188,20 @@ def _size(result: Examination, place: int) -> tuple[float, float, float]:
     return size, *fitted_size_interval(result.extended, result.extensions, place)
 
 
-def _members(result: Examination, posterior: Posterior, others: tuple[Extension, ...]) -> tuple[str, ...]:
-    """The likeliest causes that cannot be distinguished from the best; of two that can, the likelier is named."""
+def _members(
+    result: Examination, posterior: Posterior, others: tuple[Extension, ...], present: float
+) -> tuple[str, ...]:
+    """The likeliest causes that cannot be distinguished from the best if they are likelier right than wrong, else all
+    of the likeliest.
+
+    Parameters
+    ----------
+    present : probability that one of the posterior's causes is present
+    """
     first, likely = posterior.best, posterior.members
-    members = (fit for fit in posterior.fitted_causes if fit.name in likely)
-    return tuple(fit.name for fit in members if fit is first or not _distinguishable(result, first, fit, others))
+    fits = [fit for fit in posterior.fitted_causes if fit.name in likely]
+    alike = tuple(fit.name for fit in fits if fit is first or not _distinguishable(result, first, fit, others))
+    return alike if present * sum(posterior.share[name] for name in alike) >= EVEN_ODDS else likely
 
 
 def _distinguishable(

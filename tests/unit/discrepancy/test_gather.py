@@ -90,8 +90,8 @@ def test_a_base_model_at_a_poor_minimum_is_found_again_from_beside_a_cause(
     assert [verdict.verdict for verdict in again.verdicts] == ["none"]
 
 
-@pytest.mark.parametrize(("log_evidence", "verdict"), [(-1.5, "none"), (30.0, "unknown")])
-def test_a_misfit_is_unknown_where_that_is_likelier_than_none(
+@pytest.mark.parametrize(("log_evidence", "verdict"), [(-1.5, "none"), (7.0, "none"), (30.0, "unknown")])
+def test_a_misfit_is_unknown_where_that_is_likelier_right_than_wrong(
     of_well: Evidence, log_evidence: float, verdict: str
 ) -> None:
     examination = examine(of_well)
