@@ -125,16 +125,16 @@ class Held:
 
         Parameters
         ----------
-        s : (F,)
+        s : (F,) imaginary, 1/s
         inertia : of the top drive, kg m²
         admittance : characteristic one of the pipe, N m s/rad
         """
         values = np.broadcast_arrays(*self.quantities, primal(inertia), primal(admittance))
         table = np.stack(values, axis=-1).astype(float).reshape(-1, QUANTITIES + 2)
         order = self.order if np.any(table[:, QUANTITIES - 1] > 0) else 0
-        found = np.empty((len(table), WAYS, s.size), dtype=complex)
+        found, omega = np.empty((len(table), WAYS, s.size), dtype=complex), np.ascontiguousarray(s.imag)
         for row, filled in zip(table, found, strict=True):
-            images(row[:QUANTITIES], filter_pairs(order), order, row[-2], row[-1], s, filled)
+            images(row[:QUANTITIES], filter_pairs(order), order, row[-2], row[-1], omega, filled)
         read, kept = np.moveaxis(found, 1, 0).reshape(WAYS, *np.shape(values[0])[:-1], s.size)
         return read, kept
 

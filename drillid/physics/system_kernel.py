@@ -89,8 +89,8 @@ def _drive(values: Floats, constants: Floats, omega: Floats, factors: Floats, ta
 
 
 @compiled
-def _fold(values: Floats, constants: Floats, structure: Structure, omega: Floats, folded: Complex) -> None:
-    """What the readings of held control fold of its steps, (2, BLOCK); 0 without it."""
+def fold(values: Floats, constants: Floats, structure: Structure, omega: Floats, folded: Complex) -> None:
+    """What the readings of held control fold of its steps at all frequencies, (2, F); 0 without it."""
     folded[:] = 0.0
     if constants[HELD] > 0:
         line = COURSE + structure.parts + PER_LINE * structure.line_of[0]
@@ -103,8 +103,7 @@ def _fold(values: Floats, constants: Floats, structure: Structure, omega: Floats
                 *(values[CONTROL + 2], constants[HELD + 1], constants[HELD + 2], corner_time),
             ]
         )
-        s, inertia = (omega * 1j).astype(np.complex128), values[TOP_DRIVE]
-        images(quantities, structure.filter_pairs, structure.filter_order, inertia, admittance, s, folded)
+        images(quantities, structure.filter_pairs, structure.filter_order, values[TOP_DRIVE], admittance, omega, folded)
 
 
 @compiled
@@ -422,7 +421,6 @@ def respond(
     """
     share, lines = 1.0 / structure.parts, COURSE + structure.parts
     table, kept, slopes, of_control, of_lines, factors, folded = scratch
-    _fold(values, constants, structure, omega, folded)
     _drive(values, constants, omega, factors, table)
     if structure.filter_order > 0:
         _filter(values, structure, omega, table)

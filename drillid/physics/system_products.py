@@ -16,6 +16,7 @@ from drillid.physics.system_kernel import (
     RECORD_ROW,
     Scratch,
     fill_curves,
+    fold,
     new_scratch,
     respond,
 )
@@ -161,11 +162,14 @@ def whitened(
     jacobian : (W, coordinates, rows), filled; without coordinates no derivatives are computed
     """
     scratch, coordinates = new_scratch(structure, values.shape[1]), jacobian.shape[1]
+    folded = np.empty((2, data.omega.size), dtype=np.complex128)
     mobility, control = np.zeros((coordinates + 1, 2 * BLOCK)), np.zeros((coordinates + 1, 2 * BLOCK))
     for window in range(values.shape[0]):
+        fold(values[window], constants[window], structure, data.omega, folded)
         for first in range(0, data.frequencies, BLOCK):
             omega = data.omega[first : first + BLOCK]
             fill_curves(curves, window, first, scratch)
+            scratch.folded[:] = folded[:, first : first + BLOCK]
             respond(values[window], constants[window], structure, omega, active.size > 0, scratch)
             _residuals(first, window, data, scratch.table, mobility[coordinates], control[coordinates])
             _put(first, data, mobility[coordinates], control[coordinates], residual[window])
@@ -210,12 +214,15 @@ def products(
         lower triangle; the residuals come last
     """
     scratch, coordinates = new_scratch(structure, values.shape[1]), of_all.shape[1] - 1
+    folded = np.empty((2, data.omega.size), dtype=np.complex128)
     mobility, control = np.zeros((coordinates + 1, 2 * BLOCK)), np.zeros((coordinates + 1, 2 * BLOCK))
     for window in windows:
         of_mobilities[window], of_all[window] = 0.0, 0.0
+        fold(values[window], constants[window], structure, data.omega, folded)
         for first in range(0, data.frequencies, BLOCK):
             omega = data.omega[first : first + BLOCK]
             fill_curves(curves, window, first, scratch)
+            scratch.folded[:] = folded[:, first : first + BLOCK]
             respond(values[window], constants[window], structure, omega, True, scratch)
             _residuals(first, window, data, scratch.table, mobility[coordinates], control[coordinates])
             _whiten(first, window, data, active, scratch)

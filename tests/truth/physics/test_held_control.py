@@ -7,7 +7,7 @@ import pytest
 
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Controller, TopDrive
-from drillid.physics.held_control import NO_FILTERS, Cumulants, Filters, read_and_kept
+from drillid.physics.held_control import NO_FILTERS, Cumulants, Filters, Held, read_and_kept
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
 from drillid.physics.top_drive import drive
@@ -101,3 +101,14 @@ def test_the_cumulants_have_no_steps() -> None:
         ends = [(whole + 0.5) * interval + side for side in (-1e-12, 1e-12)]
         below, above = (cumulants(interval, end) for end in ends)
         np.testing.assert_allclose(below, above, atol=1e-12)
+
+
+@pytest.mark.parametrize("interval", [0.01, 0.05, 0.2])
+@pytest.mark.parametrize("filters", [NO_FILTERS, Filters(0.05, 0.02, 1e-5, 1e-5, 0.03, 3)])
+def test_what_is_folded_is_the_same_at_many_frequencies_as_at_each(interval: float, filters: Filters) -> None:
+    # many are interpolated where the control's rate is far above them; 5 Hz is the rate itself at the longest interval
+    s, inertia, admittance = laplace(np.linspace(0.05, 4.9, 300)), 1500.0, 400.0
+    held = Held.of(interval, 2.3 * interval, 0.004, filters, read_and_kept(interval, 2.3 * interval, 0.004, filters))
+    together = np.stack(held.images(s, inertia, admittance))
+    each = np.concatenate([np.stack(held.images(one[None], inertia, admittance)) for one in s], axis=-1)
+    np.testing.assert_allclose(together * (inertia * s + admittance), each * (inertia * s + admittance), atol=1e-9)
