@@ -34,7 +34,8 @@ def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
 
 
 def fit_base(evidence: Evidence, *further: Point) -> tuple[SetModel, SetFit]:
-    """The model of a set without extensions, and its best fit from all starts, outlier windows brought back.
+    """The model of a set without extensions, and of its fits from all starts that of most mass, outlier windows brought
+    back: a narrow optimum that follows the noise holds little mass however low its cost.
 
     Where the interval of the control is not known, the likeliest of those usual for speed controls is taken.
 
@@ -44,7 +45,7 @@ def fit_base(evidence: Evidence, *further: Point) -> tuple[SetModel, SetFit]:
     """
     model = SetModel(evidence)
     starts = (model.start(), model.expected(), *(at_interval_of(model, point) for point in further))
-    base = min((fit_set(model, start) for start in starts), key=lambda fit: fit.cost)
+    base = max((fit_set(model, start) for start in starts), key=lambda fit: fit.mass)
     if np.isnan(evidence.data_sheet.control_interval):
         model, base = at_likeliest_interval(model, base)
     model, base = with_own_deviation(model, base)

@@ -69,12 +69,12 @@ def place_probability(model: SetModel, fit: SetFit, extensions: tuple[Extension,
     ----------
     index : of the extension, whose shape is its place along the pipe
     """
-    log_posterior = {0: _log_marginal(fit)}
+    log_posterior = {0: fit.mass}
     for side in (-1, 1):
         steps, neighbour = side, fit
         while (elsewhere := _moved(extensions, index, steps * _STEP)) is not None:
             neighbour = fit_set(model, neighbour.point, elsewhere, fit.cost + PLACE_NEGLIGIBLE)
-            log_posterior[steps] = _log_marginal(neighbour)
+            log_posterior[steps] = neighbour.mass
             steps += side
     within = np.abs(list(log_posterior)) * _STEP <= PLACE_TOLERANCE
     return float(softmax(list(log_posterior.values()))[within].sum())
@@ -87,8 +87,3 @@ def _moved(extensions: tuple[Extension, ...], index: int, distance: float) -> tu
     if not min(extension.cause.shapes) <= shape <= max(extension.cause.shapes):
         return None
     return (*extensions[:index], replace(extension, shape=shape), *extensions[index + 1 :])
-
-
-def _log_marginal(fit: SetFit) -> float:
-    """Log marginal likelihood about an optimum by Laplace's approximation, up to a constant."""
-    return float(-fit.cost - 0.5 * (np.linalg.slogdet(fit.information)[1] + fit.windows_information))

@@ -114,6 +114,13 @@ class SetFit:
     """Priors of the shared coordinates."""
 
     @property
+    def mass(self) -> float:
+        """Logarithm of the posterior mass about the optimum, up to a constant of all fits with as many parameters, by
+        Laplace's approximation.
+        """
+        return float(-self.cost - 0.5 * (np.linalg.slogdet(self.information)[1] + self.windows_information))
+
+    @property
     def pulls(self) -> Floats:
         """(14 + W,) the same offsets as normal variables of equal log density relative to its peak, and how far each
         window's damping at the bit lies below zero: half the sum of their squares is part of the cost.

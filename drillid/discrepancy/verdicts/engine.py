@@ -115,17 +115,16 @@ def _by_responses(
 def _at_lower_base(
     evidence: Evidence, begun: Examination, likeliest: Likeliest, causes: list[Cause], generator: np.random.Generator
 ) -> Examination | None:
-    """The examination restarted where the base model fits better from the coordinates fitted beside a cause, as its
-    cost has several minima; None where it does not.
+    """The examination restarted where the base model's posterior has more mass about the coordinates fitted
+    beside the likeliest cause, as it has several modes; None where it does not.
     """
     if likeliest.posterior is None:
         return None
-    best = min(likeliest.posterior.fitted_causes, key=lambda cause: cause.fit.cost)
-    start = best.fit.point.without(0)
-    if fit_set(begun.model, start).cost >= begun.base.cost - SHAPE_RESOLVED:
+    start = likeliest.posterior.best.fit.point.without(0)
+    if fit_set(begun.model, start).mass <= begun.base.mass + SHAPE_RESOLVED:
         return None
     model, base = fit_base(evidence, start)
-    if base.cost + interval_cost(model) >= begun.base.cost + interval_cost(begun.model) - SHAPE_RESOLVED:
+    if base.mass - interval_cost(model) <= begun.base.mass - interval_cost(begun.model) + SHAPE_RESOLVED:
         return None
     return _begun(model, base, begun.detections, causes, generator, begun.base_rates)
 
