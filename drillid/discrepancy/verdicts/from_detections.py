@@ -182,7 +182,7 @@ def _detection_verdict(
     members = list(likely)
     own_evidence = {other.cause: other.log_evidence for other in rivals}
     gain = detection_gain([own for own in evidence.detections if own.cause == detection.cause])
-    half_width = TWO_SIDED * detection.size_error * _error_factor(examination)
+    low, high = _interval(detection, _error_factor(examination))
     return Verdict(
         verdict=class_name(members),
         family=cause.family,
@@ -191,8 +191,8 @@ def _detection_verdict(
         to_m=float(evidence.operating_points.hole_depth.max()),
         cause=detection.cause,
         size=detection.size,
-        size_low=detection.size - half_width,
-        size_high=detection.size + half_width,
+        size_low=low,
+        size_high=high,
         unit=cause.size.unit,
         predictive_gain=gain.value,
         predictive_gain_low=gain.low,
@@ -202,6 +202,21 @@ def _detection_verdict(
         evidence_nats=class_evidence({name: own_evidence[name] for name in members}, base_rates),
         evidence=f"a detection of its own in the record, p-value {detection.p_value:.2g} where it is absent",
     )
+
+
+def _interval(detection: PooledDetection, factor: float) -> tuple[float, float]:
+    """95 % interval of a detected size, whose error is enlarged by a factor.
+
+    The effect of a very large cause hardly grows with its size, so that an error may be as large as the size although
+    zero is excluded; the interval is then one of the logarithm. Where several windows have such an error of their mean,
+    they do not agree.
+    """
+    half_width = TWO_SIDED * detection.size_error * factor
+    if detection.windows == 1 and half_width >= abs(detection.size) > 0:
+        ratio = float(np.exp(half_width / abs(detection.size)))
+        low, high = sorted((detection.size / ratio, detection.size * ratio))
+        return low, high
+    return detection.size - half_width, detection.size + half_width
 
 
 def _error_factor(examination: Examination) -> float:

@@ -109,6 +109,15 @@ def test_a_detection_that_predicts_no_window_takes_nothing_from_none(of_well: Ev
     assert stated.probability > clear.probability - 0.05
 
 
+def test_a_very_large_change_in_a_single_window_has_an_interval_of_its_logarithm(of_well: Evidence) -> None:
+    change = Detection("regime_change", 0, 6.0, 1250.0, 850.0, 18.0, 0.0)
+    (stated,) = examine(replace(of_well, detections=(change,))).verdicts
+    assert stated.verdict == "regime_change"
+    assert 0 < stated.size_low < 1250.0 < stated.size_high
+    opposed = (change, replace(change, window=1, size=-1250.0))
+    assert "regime_change" not in [each.verdict for each in examine(replace(of_well, detections=opposed)).verdicts]
+
+
 def test_a_weak_detection_of_stick_slip_takes_no_place_of_a_torque_limit(of_well: Evidence) -> None:
     detections = tuple(
         Detection(cause, row, score, size, error, score**2 / 2, 0.0)
