@@ -61,6 +61,11 @@ class MeasuredRows:
         stated = control(self.evidence.data_sheet.controller, self.s)
         return control_errors(self.evidence, stated, self.weight > 0)
 
+    @cached_property
+    def residuals(self) -> int:
+        """Number of residuals of the mobilities, real and imaginary parts."""
+        return 2 * int(np.count_nonzero(self.weight))
+
     @property
     def count(self) -> int:
         """Number of complex rows per window."""

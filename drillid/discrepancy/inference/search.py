@@ -18,6 +18,7 @@ from drillid.discrepancy.rules import (
     FOLLOWED_WITHIN,
     OBVIOUS_MISFIT,
     OUT_OF_REACH,
+    REJECTED_CHI2,
     SHAPE_RESOLVED,
     SHAPES_WITHIN,
     WIDE_PRIOR,
@@ -238,6 +239,10 @@ class _CauseFitter:
         starts = (size.typical, large if size.low >= 0 else -size.typical)
         sizes = {float(np.clip(start, size.low, size.high)) for start in starts}
         points = [*near, *self._sized([self.base.point, self.model.expected()], sizes)]
+        if size.low < 0 and self.base.chi2 > REJECTED_CHI2 * self.model.measured.residuals:
+            # so wrong a base model says nothing of the rest of the rig
+            both = {float(np.clip(sign * large, size.low, size.high)) for sign in (-1, 1)}
+            points += self._sized([self.model.expected()], both)
         if further.cause.is_linear and not size.fixed and self.model.control_interval >= _SELDOM:
             points.append(self._given_room(further))
         return points

@@ -82,12 +82,7 @@ def _refuted(examination: Examination, cause: str) -> bool:
 
 def base_model_rejected(model: SetModel, base: SetFit) -> bool:
     """Whether the base model is so wrong that a linearisation about it is not valid."""
-    return base.data_sheet_cost > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * residuals(model)
-
-
-def residuals(model: SetModel) -> int:
-    """Number of residuals of the mobilities, real and imaginary parts."""
-    return 2 * int(np.count_nonzero(model.measured.weight))
+    return base.data_sheet_cost > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * model.measured.residuals
 
 
 def _with_own_detections(

@@ -21,7 +21,6 @@ from drillid.discrepancy.verdicts.examination import (
     remaining_evidence,
     unextended,
 )
-from drillid.discrepancy.verdicts.explanations import residuals
 from drillid.discrepancy.verdicts.naming import (
     class_evidence,
     class_name,
@@ -221,4 +220,4 @@ def _interval(detection: PooledDetection, factor: float) -> tuple[float, float]:
 
 def _error_factor(examination: Examination) -> float:
     """Birge ratio: factor on errors from a model that does not fit (Birge 1932, Physical Review 40, 207–227)."""
-    return float(np.sqrt(max(examination.extended.chi2 / residuals(examination.model), 1.0)))
+    return float(np.sqrt(max(examination.extended.chi2 / examination.model.measured.residuals, 1.0)))

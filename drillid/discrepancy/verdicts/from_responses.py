@@ -30,7 +30,6 @@ from drillid.discrepancy.verdicts.explanations import (
     Chosen,
     Likeliest,
     alternative,
-    residuals,
     total_evidence,
     with_first,
 )
@@ -71,7 +70,7 @@ def explain_responses(
 
 def _is_incomplete(model: SetModel, fit: SetFit, after: Screen) -> bool:
     """Whether an extended model leaves more than noise, or leaves no more only by disbelieving data sheets."""
-    above_noise = fit.chi2 > LEFT_CHI2 * residuals(model)
+    above_noise = fit.chi2 > LEFT_CHI2 * model.measured.residuals
     leaves_more = after.p_value < CLOSURE_RATE and (remaining_evidence(after) > LEFT_UNEXPLAINED or above_noise)
     return leaves_more or fit.data_sheet_cost > OUT_OF_REACH
 
