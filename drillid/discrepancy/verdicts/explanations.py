@@ -106,6 +106,17 @@ def _with_own_detections(
     return [replace(fit, log_evidence=fit.log_evidence + (added | own)[fit.name]) for fit in fitted_causes]
 
 
+def own_detection(cause: str, detections: tuple[PooledDetection, ...]) -> str:
+    """The cause whose detection counts for a cause: itself, or where it has none the strongest that it would explain as
+    well; empty without any.
+    """
+    found = {detection.cause: detection.log_evidence for detection in detections if detection.cause in CATALOGUE}
+    if cause in found:
+        return cause
+    explained = [name for name in found if not CATALOGUE[cause].allows(CATALOGUE[name]) and found[name] > 0]
+    return max(explained, key=lambda name: found[name], default="")
+
+
 def total_evidence(examination: Examination, chosen: Chosen) -> float:
     """Log Bayes factor of one cause or two."""
     penalty = examination.base_rates.pair_penalty * (len(chosen) - 1)

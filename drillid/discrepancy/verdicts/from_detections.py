@@ -21,6 +21,7 @@ from drillid.discrepancy.verdicts.examination import (
     remaining_evidence,
     unextended,
 )
+from drillid.discrepancy.verdicts.explanations import own_detection
 from drillid.discrepancy.verdicts.naming import (
     class_evidence,
     class_name,
@@ -117,7 +118,9 @@ def _is_explained(detection: PooledDetection, detected: list[PooledDetection]) -
 
 
 def _distorts_responses(examination: Examination, detections: list[PooledDetection]) -> bool:
-    """Whether the verdicts from the linear responses result from a rig that changes or saturates within a window."""
+    """Whether the verdicts from the linear responses result from a rig that changes or saturates within a window, for
+    which there is more evidence than for them.
+    """
     linear = examination.verdicts
     distorting = [detection for detection in detections if CATALOGUE[detection.cause].distorts_responses]
     if not linear or not distorting:
@@ -128,7 +131,9 @@ def _distorts_responses(examination: Examination, detections: list[PooledDetecti
     unscreened = [verdict.evidence_nats for verdict in linear if verdict.cause and CATALOGUE[verdict.cause].size.fixed]
     evidence = max(remaining_evidence(examination.before), *unscreened, 0.0)
     stands = evidence > examination.base_rates.pair_penalty and examination.after.p_value >= CLOSURE_RATE
-    return not stands and sum(detection.log_evidence for detection in distorting) > evidence
+    own = {own_detection(verdict.cause, examination.detections) for verdict in linear if verdict.cause}
+    detected = sum(detection.log_evidence for detection in examination.detections if detection.cause in own)
+    return not stands and sum(detection.log_evidence for detection in distorting) > max(evidence, detected)
 
 
 def _reason_not_named(detection: PooledDetection, verdict: Verdict) -> str:

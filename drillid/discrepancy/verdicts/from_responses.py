@@ -30,6 +30,7 @@ from drillid.discrepancy.verdicts.explanations import (
     Chosen,
     Likeliest,
     alternative,
+    own_detection,
     total_evidence,
     with_first,
 )
@@ -133,8 +134,9 @@ def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: 
     cause, rows = fit.extension.cause, result.extensions[place].windows
     depth = evidence.operating_points.hole_depth if rows is None else evidence.operating_points.hole_depth[list(rows)]
     without = tuple(other for number, other in enumerate(result.extensions) if number != place)
+    detected = own_detection(cause.name, result.detections)
     gain = _gain(result, place, without).joined(
-        detection_gain([detection for detection in evidence.detections if detection.cause == cause.name])
+        detection_gain([detection for detection in evidence.detections if detection.cause == detected])
     )
     rates, own = result.base_rates, fit.log_evidence
     present = rates.probability_beside(own) if place > 0 else rates.probability([cause.name], own)
