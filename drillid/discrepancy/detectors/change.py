@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import ndtr
 
 from drillid.discrepancy.detectors.course import CHANGES, ChangingWindow, jump, separation
 from drillid.discrepancy.detectors.detector import Detector, Inspection
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
-from drillid.discrepancy.detectors.score import Candidate, Score, score, whitened
+from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value, score, whitened
 from drillid.discrepancy.rules import CHANGE_FOLLOWED
 from drillid.physics.parameters import DAMPING_BHA, DELAY, INERTIA_TD, LENGTH
 
@@ -82,7 +83,9 @@ def _followed(
     apart = separation(list(courses.values()))
     # a free course has several optima, one near each of the others
     free = min(window.free_cost(course) for course in courses.values())
-    normal, log_ratio = max(best.normal, nearest.normal), max(best.log_ratio, nearest.gain)
+    # the best of several tests: one of each cause, and one of the course
+    largest, log_ratio = max(best.normal, nearest.normal), max(best.log_ratio, nearest.gain)
+    normal = normal_of_p_value(min((len(detectors) + 1) * float(ndtr(-largest)), 1.0))
     return {
         name: replace(
             scores[name],

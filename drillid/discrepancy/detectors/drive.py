@@ -52,8 +52,11 @@ class LimitDetector(Detector):
     """Whether the delivered torque depends on what was delivered before."""
 
     def limits(self, residual: ResidualRecord) -> Floats:
-        """Limits (limits,) that the command reaches within the record."""
-        return np.asarray(np.quantile(self.reached(residual), 1 - _BEYOND), dtype=float)
+        """Limits (limits,) that the command reaches within the record, the highest first; a coarsely rounded one has
+        few different values.
+        """
+        limits = np.unique(np.quantile(self.reached(residual), 1 - _BEYOND))[::-1]
+        return np.ascontiguousarray(limits[limits > 0])
 
     def delivered(self, residual: ResidualRecord, limits: Floats) -> Floats:
         """Torque (limits, samples) that limits (limits,) let pass, N m."""
@@ -64,8 +67,10 @@ class LimitDetector(Detector):
         raise NotImplementedError
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
-        """Speed response to the torque missing under each of a range of limits."""
+        """Speed response to the torque missing under each of a range of limits; None where the command has none."""
         residual = inspection.residual
+        if not self.limits(residual).size:
+            return None
         columns, limits = self.columns(residual)
         sizes = limits if residual.record.has_command else np.full(limits.size, np.nan)
         return Candidate(name, columns, sizes, one_sided=True, at_unit_amplitude=self.memory)
@@ -88,7 +93,7 @@ class LimitDetector(Detector):
 
     def by_delivery(self, score: Score, residual: ResidualRecord) -> Score:
         """The score with the limit under which the speed follows the delivered torque, whatever the model's errors."""
-        if not residual.record.has_command:
+        if not residual.record.has_command or not self.limits(residual).size:
             return score
         found = limit_by_delivery(residual, self.all_limits(residual), lambda limit: self.exactly(residual, limit))
         return score if found is None else replace(score, size=found[0], size_error=found[1])

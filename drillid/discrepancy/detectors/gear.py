@@ -153,7 +153,7 @@ def _dwelling_score(inspection: Inspection) -> Score | None:
         return None
     residual, motion = inspection.residual, inspection.cached(Motion)
     torques = [inner(residual, motion.top_torque(above)) for above in _ABOVE_GEAR]
-    tried = [dwelling(residual, torque, _BETWEEN_FLANKS * float(torque.std())) for torque in torques]
+    tried = [dwelling(residual, torque, _BETWEEN_FLANKS * float(torque.std())) for torque in torques if torque.size]
     normals = [normal for normal in tried if normal is not None]
     if not normals:
         return None

@@ -137,6 +137,8 @@ class StandingBitDetector(Detector):
         residual = inspection.residual
         mean = float(residual.speed.mean())
         speed = inner(residual, mean + inspection.cached(Motion).below(1.0)[0])
+        if not speed.size:
+            return None
         swing = float(np.ptp(np.quantile(speed, [0.025, 0.975]))) / (2 * abs(mean))
         standing = dwelling(residual, speed, _STANDING * abs(mean))
         normals = [] if standing is None else [standing]
@@ -160,7 +162,9 @@ def _response_to_squared_speed(motion: Motion, share: float) -> Floats:
 
 
 def inner(residual: ResidualRecord, series: Floats) -> Floats:
-    """A series (samples,) without its ends, where motion computed from the top needs data from outside the window."""
+    """A series (samples,) without its ends, where motion computed from the top needs data from outside the window;
+    empty where the window is too short.
+    """
     ends = round(_ENDS_S * residual.record.rate)
     return series[ends:-ends]
 

@@ -77,7 +77,7 @@ def _pooled(cause: str, own: Sequence[Detection]) -> PooledDetection:
     size = np.where(weight > 0, size, 0.0) if known else size
     mean = float(np.sum(weight * size) / weight.sum()) if known else float(np.median(size))
     # the windows' sizes may scatter by more than their stated errors
-    spread = float(np.sum(weight * (size - mean) ** 2) / max(len(own) - 1, 1)) if known else 1.0
+    spread = float(np.sum(weight * (size - mean) ** 2) / max(int(np.count_nonzero(weight)) - 1, 1)) if known else 1.0
     detector = _detector(cause)
     error = float(np.hypot(np.sqrt(max(spread, 1.0) / weight.sum()), detector.accuracy * mean)) if known else np.nan
     p_value = 1.0 if known and abs(mean) < detector.least else p_value

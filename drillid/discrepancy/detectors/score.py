@@ -88,6 +88,9 @@ def score(
 ) -> Score | None:
     """Score of a whitened candidate; None where every column has its energy in too few blocks.
 
+    Where no setting has a possible amplitude, it is no detection but a window that was looked at: its value is the
+    median of all so low, as to leave it out would keep those windows alone whose noise looks like the cause.
+
     Parameters
     ----------
     error : (whitened samples,) residual, whitened like the candidate
@@ -118,9 +121,10 @@ def score(
         # a limit withholds all of the missing torque: an amplitude far from 1 belongs to another cause
         bounds = LEAST_MISSING_SHARE / deviation - AMPLITUDE_REACH, MOST_MISSING_SHARE / deviation
     possible = (ratio > bounds[0]) & (ratio < bounds[1])
-    if not possible.any():
-        return None
     unit = columns[usable] / np.sqrt(energy[usable])[:, None]
+    if not possible.any():
+        median = (1 + _chance_of_any(unit @ unit.T, bounds)) / 2
+        return Score(normal_of_p_value(median), np.nan, np.inf, 0.0, np.zeros(columns.shape[0]))
     overall = _normal_of_maximum(
         float(normal[possible].max()), unit @ unit.T, bounds, two_sided=not candidate.one_sided
     )
@@ -176,9 +180,7 @@ def _normal_of_maximum(largest: float, correlation: Floats, bounds: tuple[Floats
     count = correlation.shape[0]
     if count == 1:
         return largest
-    values, vectors = np.linalg.eigh(correlation)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    draws = root @ np.random.default_rng(0).standard_normal((count, _DRAWS))
+    draws = _drawn(correlation)
     possible = (draws > bounds[0][:, None]) & (draws < bounds[1][:, None])
     if two_sided:
         draws = -ndtri(np.clip(2 * ndtr(-np.abs(draws)), _LEAST_P_VALUE, _LARGEST_P_VALUE))
@@ -191,6 +193,19 @@ def _normal_of_maximum(largest: float, correlation: Floats, bounds: tuple[Floats
     else:
         p_value = 1 - np.searchsorted(maxima, largest) / _DRAWS
     return float(-ndtri(np.clip(p_value, _LEAST_P_VALUE, 1 - 1 / _DRAWS)))
+
+
+def _chance_of_any(correlation: Floats, bounds: tuple[Floats, Floats]) -> float:
+    """Probability that any of correlated standard normal variables is within its bounds."""
+    draws = _drawn(correlation)
+    return float(np.mean(((draws > bounds[0][:, None]) & (draws < bounds[1][:, None])).any(axis=0)))
+
+
+def _drawn(correlation: Floats) -> Floats:
+    """Draws (count, _DRAWS) of correlated standard normal variables."""
+    values, vectors = np.linalg.eigh(correlation)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    return np.asarray(root @ np.random.default_rng(0).standard_normal((len(root), _DRAWS)), dtype=float)
 
 
 def _size_of_setting(settings: Floats, ratio: Floats) -> tuple[float, float]:

@@ -80,6 +80,12 @@ def at_interval_of(model: SetModel, point: Point) -> Point:
     return replace(point, shared=shared)
 
 
+def log_mass(model: SetModel, fit: SetFit) -> float:
+    """Logarithm of the posterior mass of a base model, up to a constant of all that are fitted to the same windows."""
+    # the priors of the windows' deviations are the narrower, and so the higher, the less the windows scatter
+    return fit.mass - model.evidence.windows * float(np.log(model.deviation).sum()) - interval_cost(model)
+
+
 def interval_cost(model: SetModel) -> float:
     """Prior cost of an interval that is not known, relative to that of no interval: each stands for the intervals near
     it, and fewer controls have such an interval than one that is practically none.

@@ -51,6 +51,8 @@ MEASURED = np.isin(COORDINATES, ("length", "clock"))
 """(14,) which coordinates are read on the rig: as exact as their tolerances say, if these can be trusted."""
 INTERVAL = COORDINATES.index("interval")
 """Index of the interval of the control."""
+STATED = (*DATA_SHEET, INTERVAL)
+"""Indices of all coordinates for which a data sheet may state a value."""
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 """Usual standard deviation of the windows from their set, scaled; the prior where the set itself shows little."""
 LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0, 0.0, -10.0, -10.0])

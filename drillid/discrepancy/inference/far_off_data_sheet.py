@@ -11,7 +11,7 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import Cause
-from drillid.discrepancy.inference.coordinates import SHARED, Extension
+from drillid.discrepancy.inference.coordinates import SHARED, STATED, Extension
 from drillid.discrepancy.inference.heavy_tails import HeavyTailedFit, Optima
 from drillid.discrepancy.inference.projection import candidates, columns
 from drillid.discrepancy.inference.screen import root
@@ -38,7 +38,7 @@ def chance_of_evidence(
     true, right = _drawn(model, information, generator)
     rig = np.arange(SHARED)
     without = everything.of(rig).optima(right[:, rig], (np.zeros_like(true), true))
-    rejected = model.priors.cost(without.at / model.priors.error).sum(axis=1) > REJECTED_PULLS
+    rejected = model.priors.cost(without.at / model.priors.error)[:, list(STATED)].sum(axis=1) > REJECTED_PULLS
     true, right, without = true[rejected], right[rejected], without.where(rejected)
     # as if the evidence at hand were one of the draws
     most = _most_evidence(everything, chosen, right, true, without)

@@ -109,7 +109,23 @@ def search(
     fitted = [fitter.without_outlier_windows(cause) if cause is best_fit else cause for cause in fitted]
     contenders = [cause for cause in fitted if cause.log_evidence >= near]
     fitted = [fitter.from_best_rival(cause, contenders) if cause in contenders else cause for cause in fitted]
+    fitted = [replace(cause, log_evidence=cause.log_evidence - _price(cause, screened)) for cause in fitted]
     return sorted(fitted, key=lambda cause: -cause.log_evidence)
+
+
+def _price(cause: FittedCause, screened: Screen) -> float:
+    """By how much the log evidence of the best of a cause's shapes exceeds that of the mean of all, which are as likely
+    in advance; at most the logarithm of their number.
+    """
+    values = [
+        value
+        for candidate, value in zip(screened.candidates, screened.log_evidence, strict=True)
+        if candidate.cause.name == cause.name
+    ]
+    if cause.extension.cause.size.fixed:
+        # the evidence of one shape is its share of that of all
+        return 0.0
+    return max(values) - screened.by_cause[cause.name] if values else float(np.log(len(cause.extension.cause.shapes)))
 
 
 def at_best_shape(model: SetModel, base: SetFit, extensions: tuple[Extension, ...], cause: FittedCause) -> FittedCause:

@@ -15,6 +15,7 @@ from drillid.discrepancy.inference.coordinates import (
     LOWEST,
     PASSIVE,
     SHARED,
+    STATED,
     Extension,
     Point,
     fitted_shapes,
@@ -130,7 +131,7 @@ class SetFit:
     @property
     def data_sheet_cost(self) -> float:
         """Part of the cost due to coordinates off their data sheets."""
-        return float(np.sum(self._off_costs))
+        return float(np.sum(self._off_costs[list(STATED)]))
 
     @property
     def _off_costs(self) -> Floats:

@@ -10,7 +10,13 @@ from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain, pool
 from drillid.discrepancy.evidence import Evidence
-from drillid.discrepancy.inference.base_fit import at_interval_of, at_likeliest_interval, fit_base, interval_cost
+from drillid.discrepancy.inference.base_fit import (
+    at_interval_of,
+    at_likeliest_interval,
+    fit_base,
+    interval_cost,
+    log_mass,
+)
 from drillid.discrepancy.inference.far_off_data_sheet import chance_of_evidence
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.search import FittedCause
@@ -124,7 +130,7 @@ def _at_lower_base(
     if fit_set(begun.model, start).mass <= begun.base.mass + SHAPE_RESOLVED:
         return None
     model, base = fit_base(evidence, start)
-    if base.mass - interval_cost(model) <= begun.base.mass - interval_cost(begun.model) + SHAPE_RESOLVED:
+    if log_mass(model, base) <= log_mass(begun.model, begun.base) + SHAPE_RESOLVED:
         return None
     return _begun(model, base, begun.detections, causes, generator, begun.base_rates)
 
@@ -159,7 +165,7 @@ def _at_likeliest_interval(
         return None
     base = without_outlier_windows(model, fit_set(model, at_interval_of(model, examination.base.point)))
     # evidence is against the base model at its own likeliest interval
-    against = replace(base, cost=examination.base.cost)
+    against = replace(base, cost=base.cost + log_mass(model, base) - log_mass(examination.model, examination.base))
     anew = replace(examination, model=model, base=against, extended=against)
     again = explain_responses(anew, likeliest_cause(anew, causes), causes, generator)
     return replace(again, base=base) if again.extensions else None
@@ -176,7 +182,8 @@ def _bounded_p_value(found: Examination) -> float:
     mean Bayes factor of all causes exceeds any value x with probability at most 1/x (Markov's inequality).
     """
     total = sum(verdict.evidence_nats for verdict in found.verdicts)
-    return float(min(len(found.before.by_cause) * np.exp(-total), 1.0))
+    tried = max(len(found.before.by_cause), 1) ** max(len(found.verdicts), 1)
+    return float(min(tried * np.exp(-total), 1.0))
 
 
 def decisions(misfit: float, detections: Sequence[float], error_rate: float) -> list[bool]:

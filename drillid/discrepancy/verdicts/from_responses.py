@@ -138,10 +138,11 @@ def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: 
     gain = _gain(result, place, without).joined(
         detection_gain([detection for detection in evidence.detections if detection.cause == detected])
     )
-    rates, own = result.base_rates, fit.log_evidence
-    present = rates.probability_beside(own) if place > 0 else rates.probability([cause.name], own)
+    # of each of two causes beside the other
+    rates, own = result.base_rates, posterior.best.log_evidence
+    present = rates.probability_beside(own) if without else rates.probability([cause.name], own)
     members = _members(result, posterior, without, present)
-    own_evidence = {one.name: one.log_evidence for one in (*posterior.fitted_causes, fit)}
+    own_evidence = {one.name: one.log_evidence for one in posterior.fitted_causes}
     return Verdict(
         verdict=class_name(members),
         family=cause.family,
@@ -160,7 +161,7 @@ def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: 
         held_out_windows=gain.windows,
         what_would_separate=separator(members),
         evidence_nats=class_evidence({name: own_evidence[name] for name in members}, result.base_rates),
-        evidence=f"linear responses, log Bayes factor {fit.log_evidence:.1f}",
+        evidence=f"linear responses, log Bayes factor {own:.1f}",
     )
 
 
@@ -215,7 +216,13 @@ def _distinguishable(
 
 
 def _distance(model: SetModel, first: FittedCause, second: FittedCause, others: tuple[Extension, ...]) -> float:
-    """Standard deviations between the predictions of two fitted causes, parameters of the data sheet included."""
+    """Standard deviations between the predictions of two fitted causes, parameters of the data sheet included.
+
+    Parameters
+    ----------
+    others : named beside them; those that they were fitted with are taken
+    """
+    others = others[: first.fit.point.sizes.size - 1]
     left, right = (model.residual(cause.fit.point, (*others, cause.extension)) for cause in (first, second))
     shared = first.fit.pulls - second.fit.pulls
     local = (first.fit.point.local - second.fit.point.local) / model.deviation

@@ -252,7 +252,7 @@ def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Pr
     """Mean log score of the interval's windows predicted from its other windows, less that from the rest of the run.
 
     Both predictions are Gaussian about the mean of their windows, with the errors of both and the scatter of the rest
-    of the run. A single window has no others: its own log-likelihood ratio less one for the fitted level takes their
+    of the run. A single window has no others: its own log-likelihood ratio less one for each fitted level takes their
     place (Akaike 1974, IEEE Transactions on Automatic Control 19, 716–723), with twice its mean as variance.
 
     Parameters
@@ -262,7 +262,7 @@ def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Pr
     gains = np.sum([_gains(*track) for track in tracks], axis=0)
     value, count = float(gains.mean()), gains.size
     if count == 1:
-        error, held_out = np.sqrt(2 * max(value + 1, 0.5)), 0
+        error, held_out = np.sqrt(2 * max(value + len(tracks), 0.5)), 0
     else:
         # Student's t quantile for few windows, relative to the normal one
         widening = student(ONE_SIDED, count - 1) / ONE_SIDED
