@@ -288,7 +288,9 @@ def test_hardly_any_missing_torque_is_no_evidence(null_records: list[WindowRecor
         Candidate("gear_backlash", share * response[None], np.array([np.nan]), one_sided=True) for share in (0.1, 0.01)
     )
     assert score(missing, noise, residual) is not None
-    assert score(hardly_any, noise, residual) is None
+    nothing = score(hardly_any, noise, residual)
+    assert nothing is not None
+    assert nothing.normal < 0 == nothing.log_ratio
 
 
 @pytest.mark.parametrize("cut", [0.0, 0.01])
