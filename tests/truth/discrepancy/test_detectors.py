@@ -293,6 +293,33 @@ def test_hardly_any_missing_torque_is_no_evidence(null_records: list[WindowRecor
     assert nothing.normal < 0 == nothing.log_ratio
 
 
+def test_windows_in_which_no_limit_is_possible_were_looked_at(null_records: list[WindowRecord]) -> None:
+    """To pool the other windows alone would select those whose noise looks like a limit."""
+    residual, generator = ResidualRecord(null_records[0]), np.random.default_rng(1)
+    columns = generator.standard_normal((3, residual.error.size))
+    # half of a limit would lie three standard deviations off, so that every other window has none
+    columns *= 6 / np.linalg.norm(columns, axis=1)[:, None]
+    limit, p_values = Candidate("torque_limit", columns, np.array([1.0, 2.0, 3.0]), one_sided=True), []
+    for _ in range(60):
+        windows = []
+        for window in range(24):
+            found = score(limit, generator.standard_normal(residual.error.size), residual, inflation=1.0)
+            assert found is not None
+            windows.append(
+                Detection("torque_limit", window, found.normal, found.size, found.size_error, found.log_ratio)
+            )
+        p_values.append(pool(windows)[0].p_value)
+    assert 0.1 < np.mean(np.array([each.size for each in windows]) > 0) < 0.9
+    assert np.count_nonzero(np.array(p_values) < 0.1) <= binom.ppf(0.999, len(p_values), 0.1)
+
+
+@pytest.mark.parametrize("step", [10.0, 20.0, 50.0])
+def test_a_coarsely_rounded_command_shows_no_limit(null_records: list[WindowRecord], step: float) -> None:
+    command = np.round(null_records[0].command / step) * step
+    detections = detections_of(replace(null_records[0], command=command))
+    assert all(detections[name].score < 4 for name in ("torque_limit", "torque_rate_limit") if name in detections)
+
+
 @pytest.mark.parametrize("cut", [0.0, 0.01])
 def test_what_repeats_has_no_line_at_the_sweeps_harmonics(null_records: list[WindowRecord], cut: float) -> None:
     """Whether or not a period is a whole number of samples."""

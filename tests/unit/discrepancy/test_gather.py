@@ -10,9 +10,9 @@ from drillid.datasets.codes import Gate
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.evidence import Evidence, OperatingPoints
 from drillid.discrepancy.gather import Series, assembled, gather, gather_well
-from drillid.discrepancy.inference.base_fit import fit_base
-from drillid.discrepancy.inference.coordinates import COORDINATES, Point
-from drillid.discrepancy.inference.set_fit import SetFit
+from drillid.discrepancy.inference.base_fit import fit_base, log_mass
+from drillid.discrepancy.inference.coordinates import COORDINATES, DEVIATION, Point
+from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.verdicts import engine
 from drillid.discrepancy.verdicts.engine import at_even_odds, examine
@@ -59,6 +59,32 @@ def test_the_control_response_is_the_data_sheet_controller(of_well: Evidence) ->
 def test_a_set_without_any_fit_is_refused(of_well: Evidence) -> None:
     with pytest.raises(EstimationError, match="no window has a fit"):
         examine(replace(of_well, fitted=np.full_like(of_well.fitted, np.nan)))
+
+
+def test_what_no_data_sheet_states_is_not_off_one(of_well: Evidence) -> None:
+    _, base = fit_base(of_well)
+    assert _moved(base, "damping_bha").data_sheet_cost == base.data_sheet_cost
+    assert _moved(base, "delay").data_sheet_cost > base.data_sheet_cost + 5
+
+
+def _moved(base: SetFit, name: str) -> SetFit:
+    off = base.off_data_sheet.copy()
+    off[COORDINATES.index(name)] += 10.0
+    return replace(base, off_data_sheet=off)
+
+
+def test_a_model_of_windows_that_agree_has_more_mass_the_less_they_may_differ(of_well: Evidence) -> None:
+    masses = []
+    for share in (1.0, 0.5, 0.25):
+        model = SetModel(of_well, share * DEVIATION)
+        masses.append(log_mass(model, fit_set(model, model.start())))
+    assert masses == sorted(masses)
+
+
+def test_without_causes_what_is_wrong_is_unknown_or_nothing(of_well: Evidence) -> None:
+    late = replace(of_well, data_sheet=replace(of_well.data_sheet, delay=2 * of_well.data_sheet.delay))
+    assert [each.verdict for each in examine(of_well, catalogue=[]).verdicts] == ["none"]
+    assert examine(late, catalogue=[]).verdicts[0].verdict in ("none", "unknown")
 
 
 def test_a_window_without_a_fit_takes_part(of_well: Evidence) -> None:

@@ -51,6 +51,13 @@ def test_a_jitter_finer_than_time_stamps_is_no_evidence() -> None:
     assert pool(detections("delay_jitter", coarser))[0].p_value < 1e-9
 
 
+def test_windows_without_a_size_do_not_vouch_for_those_that_scatter() -> None:
+    scattered = [Detection("aliased_tone", row, 5.0, 0.01 * (row + 1), 0.001, 12.0) for row in range(4)]
+    silent = [Detection("aliased_tone", row, 0.0, 0.0, np.inf, 0.0) for row in range(4, 24)]
+    alone, among = pool(scattered)[0], pool([*scattered, *silent])[0]
+    assert among.size_error == pytest.approx(alone.size_error)
+
+
 def test_windows_that_do_not_tell_a_size_leave_it_to_the_others() -> None:
     with_size, without_size = (
         Detection("torque_rate_limit", 0, 5.0, size, error, 9.0) for size, error in ((5.0, 0.1), (np.nan, np.inf))
