@@ -189,14 +189,14 @@ def _verdict(
     base_rates: BaseRates,
 ) -> CommonVerdict:
     """The verdict with the size of the likeliest cause; that of none states its evidence and no size."""
-    evidence = _by_cause(found)
+    evidence, of_group = _by_cause(found), base_rates.among([each.extension.cause.name for each in found])
     cause = best.extension.cause
     if members:
         of_class = class_evidence({member: evidence[member] for member in members}, base_rates)
-        probability, sizes = base_rates.probability(members, of_class), (best.size, best.size_low, best.size_high)
+        probability, sizes = of_group.probability(members, of_class), (best.size, best.size_low, best.size_high)
     else:
         of_class = class_evidence(evidence, base_rates)
-        probability, sizes = 1 - base_rates.probability(evidence, of_class), (float("nan"),) * 3
+        probability, sizes = 1 - of_group.probability(evidence, of_class), (float("nan"),) * 3
     return CommonVerdict(
         shared,
         name,

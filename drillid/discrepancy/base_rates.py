@@ -5,8 +5,8 @@ A verdict's evidence is a Bayes factor, which no base rate enters; its probabili
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
@@ -31,15 +31,21 @@ class BaseRates:
     """Probability of a further cause in a set that has one."""
     weights: Mapping[str, float] = field(default_factory=dict)
     """How common causes are relative to each other; 1 where not given."""
+    causes: Sequence[str] = tuple(CATALOGUE)
+    """All that may be wrong."""
+
+    def among(self, causes: Iterable[str]) -> BaseRates:
+        """The same where only some causes may be wrong."""
+        return replace(self, causes=tuple(dict.fromkeys(causes)))
 
     def log_weight(self, name: str) -> float:
-        """Logarithm of how common a cause is, or something `unknown`, relative to the mean cause of the catalogue."""
-        mean = float(np.mean([self.weights.get(cause, 1.0) for cause in CATALOGUE]))
+        """Logarithm of how common a cause is, or something `unknown`, relative to the mean of all causes."""
+        mean = float(np.mean([self.weights.get(cause, 1.0) for cause in self.causes]))
         return float(np.log(self.weights.get(name, 1.0) / mean))
 
     def log_prior_odds(self, names: Iterable[str]) -> float:
         """Log prior odds that one of some causes is present, against nothing wrong."""
-        share = sum(np.exp(self.log_weight(name)) for name in names) / len(CATALOGUE)
+        share = sum(np.exp(self.log_weight(name)) for name in names) / len(self.causes)
         return float(logit(self.wrong) + np.log(share))
 
     def probability(self, names: Iterable[str], log_evidence: float) -> float:
@@ -53,7 +59,7 @@ class BaseRates:
     @property
     def pair_penalty(self) -> float:
         """Log odds against a certain second cause beside a first: any other of the catalogue may be the second."""
-        return float(np.log(len(CATALOGUE) - 1) - logit(self.second))
+        return float(np.log(len(self.causes) - 1) - logit(self.second))
 
 
 def stated_base_rates(settings: DiscrepancySettings) -> BaseRates:

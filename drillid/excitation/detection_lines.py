@@ -7,8 +7,9 @@ import numpy as np
 from drillid.arrays import Booleans, Floats
 from drillid.errors import EstimationError
 
-_EXCITED = 1e-8
-"""Power relative to the strongest line above which a line counts as excited."""
+_EXCITED = 1e-4
+"""Power relative to the strongest line above which a line counts as excited: far below the weakest of a sweep, and
+above the last digit of a record."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,20 +41,25 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     bit_depth = folders.read("windows", "windows")["bit_depth"].values
     controller, numbers = stated_controller(well.rig, spectra), spectra["window"].values
     rows, reads_own = measured_rows(mobility), logs_command(spectra) & (well.rig.controller is None)
+    of_well = with_logged_gains(data_sheet(well.rig, controller, bit_depth[0]), spectra)
 
     def completed_fits(
         name: str, contents: xr.Dataset, depth: Floats, members: list[Indices], dimension: str
     ) -> xr.Dataset:
         # gains read from a fit's own windows depend on no others, so earlier fits stay unchanged as a well grows
         own_gains = [bool(reads_own[windows].any()) for windows in members]
-        gains = [None if own else vars(controller) for own in own_gains]
+        stated = vars(controller) | ({} if well.rig.controller else {"errors": of_well.gain_errors})
+        gains = [None if own else stated for own in own_gains]
         of_rows = zip(contents["key"].values.tolist(), depth.tolist(), gains, strict=True)
         keys, measured = row_keys(folders.basis, list(of_rows)), measured_rows(contents)
 
         def sheet(row: int) -> DataSheet:
             own = spectra.isel(window=members[row])
             known = stated_controller(well.rig, own) if own_gains[row] else controller
-            return with_logged_gains(data_sheet(well.rig, known, depth[row]), own)
+            sheet = with_logged_gains(data_sheet(well.rig, known, depth[row]), own)
+            # a window without a logged command has the gains, and their errors, of the well's other windows
+            is_known = sheet.gain_errors is not None or well.rig.controller is not None
+            return sheet if is_known else replace(sheet, gain_errors=of_well.gain_errors)
 
         def make(missing: list[int]) -> xr.Dataset:
             sheets = [sheet(row) for row in missing]
@@ -67,7 +72,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     fits = fits.assign_coords({name: mobility[name] for name in WINDOW_COORDINATES})
     control = {f"controller_{name}": float(value) for name, value in vars(controller).items() if value is not None}
     folders.write("fits", "fits", fits, **control)
-    sheets = _sheets(well.rig, with_logged_gains(data_sheet(well.rig, controller, bit_depth[0]), spectra), bit_depth)
+    sheets = _sheets(well.rig, of_well, bit_depth)
     known, prior = [sheet.equipment for sheet in sheets], _prior(sheets[0], bit_depth[0], settings.fits)
     joint, contradictions = joint_dataset(rows, known, bit_depth, prior, fits, settings.fits)
     folders.write("fits", "joint", joint)

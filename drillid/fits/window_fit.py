@@ -219,18 +219,24 @@ def _interval(data: Data, prior: Prior, points: Floats, costs: Floats) -> tuple[
     no narrower than with the prior, as noise can be fitted by resonances too sharp for any string.
     """
     low, high = _bounds(prior, len(data.gains))
-    low[DELTA], high[DELTA] = np.log([1 / _FARTHEST_FACTOR, _FARTHEST_FACTOR])
+    low[DELTA], high[DELTA] = _farthest(points)
     weight = data.prior_weight.copy()
     weight[DELTA] = 0.0
     ends = np.empty((2, len(PARAMETERS)))
-    intervals(np.clip(points, low, high), costs, data, data._replace(prior_weight=weight), DELTA, low, high, ends)
+    intervals(points, costs, data, data._replace(prior_weight=weight), DELTA, low, high, ends)
     return ends[0], ends[1]
 
 
-def _status(lower: Floats, upper: Floats) -> NDArray[np.int8]:
+def _farthest(points: Floats) -> tuple[float, float]:
+    """Range of the interval of internal damping, scaled: the usual one, or as far as optima (K, n) lie."""
+    usual, found = np.log(_FARTHEST_FACTOR), points[:, DELTA]
+    return min(-usual, float(found.min())), max(usual, float(found.max()))
+
+
+def _status(lower: Floats, upper: Floats, points: Floats) -> NDArray[np.int8]:
     """Status of intervals in SI: one that spans all values met in practice carries no information."""
     edge = to_scaled(BOUNDS)
-    edge[:, DELTA] = np.log([1 / _FARTHEST_FACTOR, _FARTHEST_FACTOR])
+    edge[:, DELTA] = _farthest(points)
     reach = 1e-6 * (edge[1] - edge[0])
     no_lower, no_upper = to_scaled(lower) <= edge[0] + reach, to_scaled(upper) >= edge[1] - reach
     nothing = (lower <= USUAL[0]) & (upper >= USUAL[1]) | (no_lower & no_upper)
@@ -282,11 +288,11 @@ def _error_factors(
     )[: value.size]
 
 
-def _widened(ends: tuple[Floats, Floats], point: Floats, factors: Floats) -> Iterator[Floats]:
-    """Ends of the scaled intervals in SI, farther from the optimum by factors (8,), within the bounds."""
+def _widened(ends: tuple[Floats, Floats], points: Floats, factors: Floats) -> Iterator[Floats]:
+    """Ends of the scaled intervals in SI, farther from the first optimum by factors (8,), within the bounds."""
     low, high = to_scaled(BOUNDS)
-    low[DELTA], high[DELTA] = np.log([1 / _FARTHEST_FACTOR, _FARTHEST_FACTOR])
-    best = np.clip(point[: factors.size], low, high)
+    low[DELTA], high[DELTA] = _farthest(points)
+    best = np.clip(points[0, : factors.size], low, high)
     return (from_scaled(np.clip(best + factors * (end - best), low, high)) for end in ends)
 
 
@@ -304,8 +310,8 @@ def _judge(
     fitted = with_fitted_gains(known, gains)
     mobility, derivatives = command_mobility_with_derivatives(value, fitted, laplace(measured.frequency))
     factors = _error_factors(measured, mobility, derivatives, fitted, prior, value)
-    lower, upper = _widened(_interval(data, prior, points, costs), points[0], factors)
-    status = _status(lower, upper)
+    lower, upper = _widened(_interval(data, prior, points, costs), points, factors)
+    status = _status(lower, upper, points)
     covariance = _covariance(data, prior, points[0])
     deviation = np.sqrt(np.diag(covariance))
     error = _errors(value, lower, upper, status)

@@ -48,7 +48,7 @@ def channel_offset(spectra: Spectra, frequencies: Floats) -> ChannelOffset:
     Raises
     ------
     EstimationError
-        If the command is not logged.
+        If the command is not logged, or it or the speed does not respond to the sweep.
     """
     s = np.asarray(2j * np.pi * frequencies, dtype=complex)
     command, speed = (cross / spectra.sweep_power for cross in (spectra.cross_command, spectra.cross_speed))
@@ -62,7 +62,13 @@ def channel_offset(spectra: Spectra, frequencies: Floats) -> ChannelOffset:
         advanced = command * np.exp(s * offset)
         rows = _real(np.concatenate([loop, (s * advanced * weight)[:, None]], axis=1))
         target = _real((1 - advanced) * weight)
-        solution = np.linalg.lstsq(rows, target, rcond=None)[0]
+        solution, _, rank, _ = np.linalg.lstsq(rows, target, rcond=None)
+        if rank < solution.size:
+            raise EstimationError(
+                "channel offset",
+                "speed or torque command does not respond to the sweep",
+                "Check that the sweep was on and that no channel stands still",
+            )
         offset += float(solution[2])
     residual = target - rows @ solution
     covariance = np.linalg.inv(rows.T @ rows) * (residual @ residual) / (residual.size - solution.size)

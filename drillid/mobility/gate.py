@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from drillid.config.settings import MobilitySettings
 
 _SWEEP_FLOOR = 1e-2
-"""Sweep power below this share of its median counts as outside of the sweep.
+"""Sweep power below this share of the median of the sweep's own lines counts as outside of the sweep: its own are those
+above the square of this share of the strongest.
 
 At each restart the sweep's slope jumps, so that a recorded sweep contains aliased frequencies, at 50 Hz about 10⁻⁷ of
 its median power: 0.3 % of the amplitude at this floor, 0.03 % within the sweep's band."""
@@ -46,7 +47,7 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
     numbers, freedoms = spectra["averages"].values, spectra["degrees_of_freedom"].values
     least, largest, gates = np.empty(shape), np.empty(shape), np.zeros(shape, dtype=np.int8)
     power = spectra["sweep_power"].values
-    inside = power >= _SWEEP_FLOOR * np.median(power, axis=1, keepdims=True)
+    inside = power >= _SWEEP_FLOOR * _median_of_sweep(power)
     for row in range(shape[0]):
         for band in np.unique(bands):
             member = bands == band
@@ -67,6 +68,13 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
     gates[~inside] = Gate.OUTSIDE_SWEEP
     dims = coherence.dims
     return xr.Dataset({"coherence_minimum": (dims, least), "coherence_maximum": (dims, largest), "gate": (dims, gates)})
+
+
+def _median_of_sweep(power: Floats) -> Floats:
+    """Median power (W, 1) of the lines that the sweep excites, of all (W, F): a multisine may leave out most lines."""
+    weakest = _SWEEP_FLOOR**2 * power.max(axis=1, keepdims=True)
+    own = np.ma.masked_array(power, ~(power >= weakest))
+    return np.asarray(np.ma.median(own, axis=1, keepdims=True).filled(np.nan), dtype=float)
 
 
 def _largest_ratio(noncentrality: Floats, freedom: float, p_value: float) -> Floats:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 import xarray as xr
 
+from drillid.errors import EstimationError
 from drillid.mobility.channel_offset import channel_offset
 from drillid.spectra.cross_spectra import Spectra
 
@@ -64,10 +67,13 @@ def closed_loop_responses(spectra: xr.Dataset) -> xr.Dataset:
 
 
 def channel_offsets(spectra: xr.Dataset) -> xr.Dataset:
-    """Clock offset of the torque command's record in each window, with its standard error; NaN without a command."""
+    """Clock offset of the torque command's record in each window, with its standard error; NaN without a command, or
+    where command or speed does not respond to the sweep.
+    """
     frequencies = spectra["frequency"].values
     offsets = np.full((2, spectra.sizes["window"]), np.nan)
     for row in np.flatnonzero(spectra["cross_command"].notnull().all("frequency").values).tolist():
-        estimate = channel_offset(Spectra.of_row(spectra, row), frequencies)
-        offsets[:, row] = estimate.offset, estimate.standard_error
+        with suppress(EstimationError):
+            estimate = channel_offset(Spectra.of_row(spectra, row), frequencies)
+            offsets[:, row] = estimate.offset, estimate.standard_error
     return xr.Dataset({"channel_offset": ("window", offsets[0]), "channel_offset_error": ("window", offsets[1])})

@@ -41,7 +41,8 @@ def sweep_period(sweep: Floats, rate: float, lowest_frequency: float) -> float:
     """
     sweep, samples = sweep - sweep.mean(), sweep.size
     points = next_fast_len(2 * samples, real=True)
-    product = irfft(np.abs(rfft(sweep, points)) ** 2, points)[: samples // 2 + 1]
+    # a lag of half of the window has a neighbour on either side too
+    product = irfft(np.abs(rfft(sweep, points)) ** 2, points)[: samples // 2 + 2]
     energy = np.concatenate([[0.0], np.cumsum(sweep**2)])
     lags = np.arange(product.size)
     both = energy[samples - lags] + energy[samples] - energy[lags]
@@ -120,7 +121,7 @@ def line_spectra(
         inside = lines.harmonics[(lines.harmonics >= band[0]) & (lines.harmonics < band[1])]
         weights, level = _weights(lines, outputs[0], band, fall)
         weighted = outputs if weights is None else [_weighted(lines, weights, output, level) for output in outputs]
-        low = np.searchsorted(inside, lines.offsets[-1] / _LOWER_SHARE)
+        low = np.searchsorted(inside, -lines.offsets[0] / _LOWER_SHARE)
         for part in (inside[:1], inside[1:low], inside[max(low, 1) :]):
             if part.size:
                 parts.append(_at_harmonics(lines, of_sweep, weighted, level, weights, part))
@@ -136,6 +137,8 @@ def _spectra(
     offsets = _noise_offsets(periods, noise_lines)
     needed = max(int(_BEYOND * harmonics[-1]), harmonics[-1] + offsets[-1])
     last = min(next_fast_len(-(-needed // periods), real=True), (samples - 1) // (2 * periods)) * periods
+    # at a low rate the highest harmonics have all their lines, but for those beyond half of the rate
+    offsets = offsets[harmonics[-1] + offsets <= last]
     spectra = [rfft(channel[:samples] - channel[:samples].mean())[: last + 1] * (2 / samples) for channel in channels]
     step = quantisation_step(channels[0][:samples]) or 0.0
     # the same in each period, so that it neither falls with their number nor appears between harmonics

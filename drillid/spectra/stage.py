@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from drillid.config.settings import Settings, SpectraSettings
 
 
+_ROUNDING = 1e-9
+"""Share of a window's length that is rounding."""
 _LEAST_SEGMENTS = 5
 """Half segments of the shortest window for Welch's averages: four segments that overlap by half."""
 
@@ -43,18 +45,19 @@ def frequency_grid(period: float, settings: SpectraSettings, rate: float) -> Flo
 
 
 def usual_sweep(periods: Floats, settings: SpectraSettings, rate: float) -> tuple[float, Floats]:
-    """Usual period of the windows' sweeps, s, 0 where none is periodic; and the grid, Hz, for all of their spectra.
+    """Period of most windows' sweeps, s, 0 where none is periodic; and the grid, Hz, for all of their spectra.
 
     `periods` (window,), s, are 0 where the sweep is not periodic.
     """
     repeating = periods[periods > 0]
-    usual = float(np.median(repeating)) if repeating.size else 0.0
+    alike = [np.count_nonzero(is_usual(repeating, period, rate)) for period in repeating]
+    usual = float(repeating[np.argmax(alike)]) if repeating.size else 0.0
     return usual, frequency_grid(usual or settings.segment_s / 2, settings, rate)
 
 
 def is_usual(periods: Floats, usual: float, rate: float) -> Booleans:
-    """Where the sweep has the usual period, to half a sample."""
-    return (periods > 0) & (np.abs(periods - usual) < 0.5 / rate)
+    """Where the sweep has the usual period, to a sample: a period of a whole number and a half is found as either."""
+    return (periods > 0) & (np.abs(periods - usual) * rate < 1.5)
 
 
 def spectrogram(channel: Floats, rate: float, segment: float, highest: float) -> tuple[Floats, Floats, Floats]:
@@ -128,18 +131,17 @@ def _estimated(
     sweep, speed, command = channels
     if is_usual(np.asarray(period), usual, rate) and settings.estimator != "welch":
         return line_spectra(sweep, speed, command, rate, usual, frequencies, settings.noise_lines)
-    if sweep.size < _needed(frequencies, settings) * rate:
+    if sweep.size < _needed(frequencies, settings, rate):
         return Spectra.missing(frequencies.size)
     if settings.estimator == "welch":
         return welch_spectra(sweep, speed, command, rate, 2 / (frequencies[1] - frequencies[0]), frequencies)
     return local_spectra(sweep, speed, command, rate, frequencies, settings.noise_lines // 4)
 
 
-def _needed(frequencies: Floats, settings: SpectraSettings) -> float:
-    """Length of a window, s, that an estimate without a periodic sweep needs."""
-    return float(
-        (_LEAST_SEGMENTS if settings.estimator == "welch" else LEAST_LINES) / (frequencies[1] - frequencies[0])
-    )
+def _needed(frequencies: Floats, settings: SpectraSettings, rate: float) -> int:
+    """Number of samples of a window that an estimate without a periodic sweep needs."""
+    lines = _LEAST_SEGMENTS if settings.estimator == "welch" else LEAST_LINES
+    return int(np.ceil(lines / (frequencies[1] - frequencies[0]) * rate * (1 - _ROUNDING)))
 
 
 def _fault(
@@ -149,9 +151,9 @@ def _fault(
     repeats, welch = bool(is_usual(np.asarray(period), usual, rate)), settings.estimator == "welch"
     if repeats and not welch:
         return None
-    needed = _needed(frequencies, settings)
-    if round(seconds * rate) < needed * rate:
-        return _too_short(needed)
+    needed = _needed(frequencies, settings, rate)
+    if round(seconds * rate) < needed:
+        return _too_short(needed / rate)
     return _not_periodic(period, usual) if usual and not repeats else None
 
 

@@ -300,6 +300,9 @@ def test_torque_limit_shows_as_distortion_and_a_linear_rig_shows_none() -> None:
     assert np.all(limited.even > 5 * limited.noise)
     assert np.all(limited.odd > 5 * limited.noise)
     assert np.all(linear.response > 20 * linear.noise)
+    # a record of whole 10 N m has a little of every line
+    coarse = np.round(torque[:: round(SAMPLE_INTERVAL / TIME_STEP)][kept:] / 10) * 10
+    np.testing.assert_allclose(distortion(speed, coarse, RATE, 40.0, edges).odd, limited.odd)
     with pytest.raises(EstimationError, match="periods"):
         distortion(speed[:kept], torque, RATE, 40.0, edges)
 

@@ -1,6 +1,6 @@
 """Fits without advance information find what the time-domain simulator was given, within their own standard errors."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -56,3 +56,12 @@ def test_residuals_are_as_large_as_the_noise(trials: Trials) -> None:
 def test_every_fit_is_accepted(trials: Trials) -> None:
     assert [found.reason for found in trials.fits] == [""] * len(trials.fits)
     assert all(found.accepted for found in trials.fits)
+
+
+def test_damping_far_beyond_the_usual_leaves_intervals_their_width() -> None:
+    pipe, collars = (replace(each, delta=1.5e10) for each in (SHALLOW.pipe, SHALLOW.collars))
+    truth = replace(SHALLOW, pipe=pipe, collars=collars, bit_noise=20.0)
+    found = fit(measured(truth, 3), truth.known, Prior.silent(), SETTINGS.fits)
+    assert np.all((found.lower <= found.value) & (found.value <= found.upper))
+    off = np.abs(found.value - truth.parameters) / found.error
+    assert all(off[list(PARAMETERS).index(parameter)] < 4 for parameter in JUDGED)

@@ -1,5 +1,6 @@
 """Clock offsets between recorded channels are found with the error that is stated."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -7,8 +8,9 @@ import pytest
 
 from drillid.errors import EstimationError
 from drillid.mobility.channel_offset import ChannelOffset, channel_offset
+from drillid.mobility.responses import channel_offsets
 from drillid.simulation.recorder import Recorder
-from drillid.spectra.cross_spectra import Spectra
+from drillid.spectra.cross_spectra import Spectra, stacked
 from drillid.spectra.periodic import line_spectra
 from tests.simulated import RATE, SHALLOW, drilled
 
@@ -48,3 +50,11 @@ def test_its_standard_error_is_that_of_repeated_records() -> None:
 def test_without_a_logged_command_it_is_told() -> None:
     with pytest.raises(EstimationError, match="torque command"):
         channel_offset(spectra_of(np.full(window()["speed"].size, np.nan)), FREQUENCY)
+
+
+def test_a_channel_that_does_not_respond_has_no_offset() -> None:
+    spectra = spectra_of(window()["torque_command"])
+    still = replace(spectra, cross_speed=np.zeros_like(spectra.cross_speed))
+    with pytest.raises(EstimationError, match="does not respond to the sweep"):
+        channel_offset(still, FREQUENCY)
+    assert np.isnan(channel_offsets(stacked([still], FREQUENCY))["channel_offset"].values).all()

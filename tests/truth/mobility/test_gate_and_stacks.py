@@ -7,7 +7,7 @@ from scipy.stats import binom
 
 from drillid.config.settings import MobilitySettings, SpectraSettings
 from drillid.datasets.codes import Gate
-from drillid.excitation.torques import exponential_sweeps
+from drillid.excitation.torques import exponential_sweeps, odd_multisine
 from drillid.mobility.gate import gated_mobility
 from drillid.mobility.stacks import stack_windows
 from drillid.spectra.cross_spectra import stacked, welch_spectra
@@ -219,3 +219,16 @@ def test_windows_that_all_disagree_make_no_stack() -> None:
     stacks, problems = stack_windows(gated_mobility(spectra, MobilitySettings()), MobilitySettings())
     assert stacks.sizes["stack"] == 0
     assert len(problems) == 3
+
+
+def test_lines_that_a_multisine_leaves_out_are_outside_of_the_sweep() -> None:
+    multisine, _ = odd_multisine(np.random.default_rng(6), 1000.0, (0.05, 4.0), 120.0)
+    # as recorded, to the last digit
+    sweep = np.round(np.tile(multisine.sampled(6000), 5), 1)
+    frequency = frequency_grid(120.0, SPECTRA, RATE)
+    speed = 1e-3 * sweep + 1e-7 * sweep**2 + 1e-3 * np.random.default_rng(1).normal(size=sweep.size)
+    spectra = line_spectra(sweep, speed, np.full(sweep.size, np.nan), RATE, 120.0, frequency, SPECTRA.noise_lines)
+    gates = gated_mobility(stacked([spectra], frequency), MobilitySettings())["gate"].values[0]
+    excited = np.isin(np.rint(frequency * 120).astype(int), multisine.harmonics)
+    assert (gates[~excited] == Gate.OUTSIDE_SWEEP).all()
+    assert np.mean(gates[excited] == Gate.USED) > 0.95

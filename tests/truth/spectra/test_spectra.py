@@ -232,3 +232,21 @@ def test_power_of_a_speed_without_response_is_the_noise(method: str) -> None:
         spectra = estimated(method, sweep, noise, frequency)
         ratios.append(spectra.speed_power.mean() / spectra.speed_noise.mean())
     assert np.mean(ratios) == pytest.approx(1, abs=0.02)
+
+
+@pytest.mark.parametrize("samples", [12000, 12001, 12002])
+def test_a_sweep_of_two_periods_repeats(samples: int) -> None:
+    assert sweep_period(exponential_sweeps(np.arange(samples) / RATE, 500.0), RATE, 0.05) == 120.0
+
+
+@pytest.mark.parametrize(("rate", "period", "seconds"), [(2.0, 120.0, 250.0), (5.0, 60.0, 130.0), (10.0, 30.0, 70.0)])
+def test_few_periods_at_a_low_rate_have_spectra(rate: float, period: float, seconds: float) -> None:
+    time = np.arange(round(seconds * rate)) / rate
+    sweep = exponential_sweeps(time, 500.0, period=period)
+    frequency = frequency_grid(period, SETTINGS, rate)
+    speed = 1e-3 * sweep + 1e-2 * np.random.default_rng(0).normal(size=time.size)
+    spectra = line_spectra(sweep, speed, np.full(time.size, np.nan), rate, period, frequency, SETTINGS.noise_lines)
+    within = frequency < 0.35 * rate
+    off = np.abs(spectra.cross_speed / spectra.sweep_power - 1e-3) / np.sqrt(spectra.speed_noise / spectra.sweep_power)
+    assert np.isfinite(spectra.degrees_of_freedom).all()
+    assert np.median(off[within]) < 2

@@ -16,6 +16,12 @@ def test_even_base_rates_share_the_prior_among_all_causes() -> None:
     assert np.exp(rates.pair_penalty) == pytest.approx(8 * (len(CATALOGUE) - 1))
 
 
+def test_where_only_some_causes_may_be_wrong_these_share_the_prior() -> None:
+    rates = BaseRates(weights={"drive_lag": 3.0}).among(["drive_lag", "clock_offset"])
+    assert rates.probability(["drive_lag", "clock_offset"], 0.0) == pytest.approx(0.5)
+    assert rates.probability(["drive_lag"], 0.0) == pytest.approx(3 / 7)
+
+
 def test_posterior_odds_are_those_of_the_evidence_times_the_base_rates() -> None:
     stated = {"discrepancy": {"base_rate": 0.1, "cause_weights": {"drive_lag": 5.0}}}
     rates = stated_base_rates(Settings.checked(stated, "test").discrepancy)

@@ -76,6 +76,17 @@ def test_the_controller_is_read_from_the_command_where_the_data_sheets_are_silen
     xr.testing.assert_allclose(later.isel(window=others), found_again.isel(window=others), rtol=1e-6)
 
 
+def test_a_window_without_a_logged_command_has_the_gains_of_the_others(healthy: Processed, tmp_path: Path) -> None:
+    well = healthy.copied(tmp_path / "results")
+    spectra = well.dataset("spectra", "spectra")
+    spectra["cross_command"][-1] = complex(np.nan, np.nan)
+    well.folders.write("spectra", "spectra", spectra)
+    assert well.run("fits", rig=rig(controller=None)) == []
+    found, told = well.dataset("fits", "fits")["value"], healthy.dataset("fits", "fits")
+    off = (found - told["value"]) / told["standard_error"]
+    assert (np.abs(off.isel(window=-1).sel(parameter=["inertia_td", "delay"])) < 1).all()
+
+
 def test_without_controller_and_command_nothing_can_be_fitted(healthy: Processed, tmp_path: Path) -> None:
     well = healthy.copied(tmp_path / "results")
     spectra = well.dataset("spectra", "spectra")

@@ -8,7 +8,16 @@ import pytest
 import xarray as xr
 
 from drillid.config.settings import SpectraSettings
+from drillid.spectra.stage import is_usual, usual_sweep
 from tests.simulated import RATE, WINDOW_S, Processed
+
+
+@pytest.mark.parametrize("periods", [[60.0] * 3 + [120.0] * 3, [120.0, 100.0, 100.0], [120.0, 120.02] * 3])
+def test_the_usual_period_is_that_of_most_windows(periods: list[float]) -> None:
+    found = np.array(periods)
+    usual, _ = usual_sweep(found, SpectraSettings(), RATE)
+    assert usual in found
+    assert np.count_nonzero(is_usual(found, usual, RATE)) >= len(periods) / 2
 
 
 def test_windows_of_a_repeating_sweep_are_read_from_its_lines(healthy: Processed) -> None:
