@@ -72,9 +72,8 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
 
 def _median_of_sweep(power: Floats) -> Floats:
     """Median power (W, 1) of the lines that the sweep excites, of all (W, F): a multisine may leave out most lines."""
-    weakest = _SWEEP_FLOOR**2 * power.max(axis=1, keepdims=True)
-    own = np.ma.masked_array(power, ~(power >= weakest))
-    return np.asarray(np.ma.median(own, axis=1, keepdims=True).filled(np.nan), dtype=float)
+    own = [row[row >= _SWEEP_FLOOR**2 * row.max()] for row in power]
+    return np.array([[np.median(row) if row.size else np.nan] for row in own])
 
 
 def _largest_ratio(noncentrality: Floats, freedom: float, p_value: float) -> Floats:
