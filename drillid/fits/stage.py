@@ -23,6 +23,7 @@ from drillid.fits.datasheet import (
 from drillid.fits.joint.coordinates import GAINS
 from drillid.fits.joint.dataset import joint_dataset
 from drillid.fits.window_fit import Measured, Prior, fit, measured_rows
+from drillid.physics.equipment import Controller
 from drillid.physics.parameters import PARAMETERS
 from drillid.physics.top_drive import with_gains
 
@@ -53,16 +54,10 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         of_rows = zip(contents["key"].values.tolist(), depth.tolist(), gains, strict=True)
         keys, measured = row_keys(folders.basis, list(of_rows)), measured_rows(contents)
 
-        def sheet(row: int) -> DataSheet:
-            own = spectra.isel(window=members[row])
-            known = stated_controller(well.rig, own) if own_gains[row] else controller
-            sheet = with_logged_gains(data_sheet(well.rig, known, depth[row]), own)
-            # a window without a logged command has the gains, and their errors, of the well's other windows
-            is_known = sheet.gain_errors is not None or well.rig.controller is not None
-            return sheet if is_known else replace(sheet, gain_errors=of_well.gain_errors)
-
         def make(missing: list[int]) -> xr.Dataset:
-            sheets = [sheet(row) for row in missing]
+            own = {row: spectra.isel(window=members[row]) for row in missing}
+            known = {row: stated_controller(well.rig, own[row]) if own_gains[row] else controller for row in missing}
+            sheets = [_own_sheet(well.rig, known[row], of_well.gain_errors, depth[row], own[row]) for row in missing]
             return _fit_rows([measured[row] for row in missing], depth[missing], sheets, settings.fits, dimension)
 
         return completed(folders.earlier("fits", name), keys, dimension, make)
@@ -99,6 +94,21 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         if reason
     ]
     return [*contradicted_controller(well.rig, spectra), *refused, *contradictions]
+
+
+def _own_sheet(
+    rig: Rig, controller: Controller, errors: tuple[float, float] | None, depth: float, spectra: xr.Dataset
+) -> DataSheet:
+    """The data sheet of a fit at a depth, with what its own windows' spectra tell of the gains.
+
+    Parameters
+    ----------
+    errors : of the gains by all windows of the well, which those without a logged command take over where the rig
+        states none
+    """
+    sheet = with_logged_gains(data_sheet(rig, controller, depth), spectra)
+    is_known = sheet.gain_errors is not None or rig.controller is not None
+    return sheet if is_known else replace(sheet, gain_errors=errors)
 
 
 def _sheets(rig: Rig, known: DataSheet, bit_depth: Floats) -> list[DataSheet]:

@@ -137,7 +137,7 @@ def _spectra(
     offsets = _noise_offsets(periods, noise_lines)
     needed = max(int(_BEYOND * harmonics[-1]), harmonics[-1] + offsets[-1])
     last = min(next_fast_len(-(-needed // periods), real=True), (samples - 1) // (2 * periods)) * periods
-    # at a low rate the highest harmonics have all their lines, but for those beyond half of the rate
+    # at a low rate some lines near the highest harmonics would lie beyond half of the rate
     offsets = offsets[harmonics[-1] + offsets <= last]
     spectra = [rfft(channel[:samples] - channel[:samples].mean())[: last + 1] * (2 / samples) for channel in channels]
     step = quantisation_step(channels[0][:samples]) or 0.0

@@ -50,8 +50,9 @@ def usual_sweep(periods: Floats, settings: SpectraSettings, rate: float) -> tupl
     `periods` (window,), s, are 0 where the sweep is not periodic.
     """
     repeating = periods[periods > 0]
-    alike = [np.count_nonzero(is_usual(repeating, period, rate)) for period in repeating]
-    usual = float(repeating[np.argmax(alike)]) if repeating.size else 0.0
+    found = list(dict.fromkeys(repeating.tolist()))
+    alike = [np.count_nonzero(is_usual(repeating, period, rate)) for period in found]
+    usual = found[int(np.argmax(alike))] if found else 0.0
     return usual, frequency_grid(usual or settings.segment_s / 2, settings, rate)
 
 

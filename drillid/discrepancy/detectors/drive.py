@@ -56,7 +56,8 @@ class LimitDetector(Detector):
         few different values.
         """
         limits = np.unique(np.quantile(self.reached(residual), 1 - _BEYOND))[::-1]
-        return np.ascontiguousarray(limits[limits > 0])
+        # about an unknown mean a limit may lie below it; one of zero is none
+        return np.ascontiguousarray(limits[limits != 0])
 
     def delivered(self, residual: ResidualRecord, limits: Floats) -> Floats:
         """Torque (limits, samples) that limits (limits,) let pass, N m."""
@@ -69,15 +70,18 @@ class LimitDetector(Detector):
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
         """Speed response to the torque missing under each of a range of limits; None where the command has none."""
         residual = inspection.residual
-        if not self.limits(residual).size:
+        found = self.columns(residual)
+        if found is None:
             return None
-        columns, limits = self.columns(residual)
+        columns, limits = found
         sizes = limits if residual.record.has_command else np.full(limits.size, np.nan)
         return Candidate(name, columns, sizes, one_sided=True, at_unit_amplitude=self.memory)
 
-    def columns(self, residual: ResidualRecord) -> tuple[Floats, Floats]:
-        """Speed response (limits, samples) and the limits (limits,)."""
+    def columns(self, residual: ResidualRecord) -> tuple[Floats, Floats] | None:
+        """Speed response (limits, samples) and the limits (limits,); None where the command reaches none."""
         limits = self.limits(residual)
+        if not limits.size:
+            return None
         missing = self.delivered(residual, limits) - residual.command
         return _response_to_missing(residual, missing, memory=self.memory), limits
 
@@ -93,9 +97,10 @@ class LimitDetector(Detector):
 
     def by_delivery(self, score: Score, residual: ResidualRecord) -> Score:
         """The score with the limit under which the speed follows the delivered torque, whatever the model's errors."""
-        if not residual.record.has_command or not self.limits(residual).size:
+        limits = self.all_limits(residual)
+        if not residual.record.has_command or not limits.size:
             return score
-        found = limit_by_delivery(residual, self.all_limits(residual), lambda limit: self.exactly(residual, limit))
+        found = limit_by_delivery(residual, limits, lambda limit: self.exactly(residual, limit))
         return score if found is None else replace(score, size=found[0], size_error=found[1])
 
     def all_limits(self, residual: ResidualRecord) -> Floats:
@@ -147,11 +152,12 @@ class TorqueRateLimitDetector(LimitDetector):
         """As for any limit, in even rows; else None."""
         return None if inspection.residual.time_error > STEPPED_ROWS else super().candidate(name, inspection)
 
-    def columns(self, residual: ResidualRecord) -> tuple[Floats, Floats]:
+    def columns(self, residual: ResidualRecord) -> tuple[Floats, Floats] | None:
         """As for any limit, preceded by the responses to the torque that is missing in steps alone."""
-        columns, limits = super().columns(residual)
-        if not residual.periods:
-            return columns, limits
+        found = super().columns(residual)
+        if found is None or not residual.periods:
+            return found
+        columns, limits = found
         repeated = residual.command - residual.without_sweep(residual.command)
         rates = self.all_limits(residual)
         lacking = np.array([_lacking(residual, repeated, rate) for rate in rates[: -limits.size]])
@@ -165,7 +171,7 @@ class TorqueRateLimitDetector(LimitDetector):
     def all_limits(self, residual: ResidualRecord) -> Floats:
         """Rates, N m/s, first those that only the steps of a held command exceed."""
         limits = self.limits(residual)
-        return np.append(limits[0] * _BEYOND_SLOPES, limits)
+        return np.append(np.outer(limits[:1], _BEYOND_SLOPES), limits)
 
     def exactly(self, residual: ResidualRecord, limit: float) -> Floats:
         """The command as far as the rate follows it, or the steps of a held one."""

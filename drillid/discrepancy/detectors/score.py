@@ -116,10 +116,7 @@ def score(
         return None
     ratio = amplitude / deviation
     normal = _to_normal(ratio if candidate.one_sided else -np.abs(ratio), blocks, two_sided=not candidate.one_sided)
-    bounds = np.full(usable.size, -np.inf), np.full(usable.size, np.inf)
-    if candidate.settings is not None:
-        # a limit withholds all of the missing torque: an amplitude far from 1 belongs to another cause
-        bounds = LEAST_MISSING_SHARE / deviation - AMPLITUDE_REACH, MOST_MISSING_SHARE / deviation
+    bounds = _possible_ratios(candidate, deviation)
     possible = (ratio > bounds[0]) & (ratio < bounds[1])
     unit = columns[usable] / np.sqrt(energy[usable])[:, None]
     if not possible.any():
@@ -146,6 +143,14 @@ def score(
     amplitudes[usable[best]] = amplitude[best]
     shapes = () if candidate.settings is not None or len(columns) == 1 else tuple(map(tuple, by_shape.tolist()))
     return Score(overall, size, size_error, log_ratio, amplitudes, by_shape=shapes)
+
+
+def _possible_ratios(candidate: Candidate, deviation: Floats) -> tuple[Floats, Floats]:
+    """Least and largest possible amplitude of each column in its standard errors (columns,)."""
+    if candidate.settings is None:
+        return np.full(deviation.size, -np.inf), np.full(deviation.size, np.inf)
+    # a limit withholds all of the missing torque: an amplitude far from 1 belongs to another cause
+    return LEAST_MISSING_SHARE / deviation - AMPLITUDE_REACH, MOST_MISSING_SHARE / deviation
 
 
 def block_starts(residual: ResidualRecord, samples: int, block_s: float = _BLOCK_S) -> Indices:

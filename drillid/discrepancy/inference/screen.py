@@ -36,10 +36,14 @@ class Screen:
     projection: Projection
     """Projection of the candidates alone."""
 
+    def shapes(self, cause: str) -> list[tuple[float, Extension]]:
+        """Log Bayes factor of every shape of a cause, with the shape."""
+        pairs = zip(self.log_evidence.tolist(), self.candidates, strict=True)
+        return [(value, candidate) for value, candidate in pairs if candidate.cause.name == cause]
+
     def of(self, cause: str) -> float:
         """Log Bayes factor of a cause, averaged over its shapes."""
-        pairs = zip(self.candidates, self.log_evidence, strict=True)
-        values = [value for candidate, value in pairs if candidate.cause.name == cause]
+        values = [value for value, _ in self.shapes(cause)]
         return float(logsumexp(values) - np.log(len(values)))
 
     @property

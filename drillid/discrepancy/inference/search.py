@@ -117,15 +117,11 @@ def _price(cause: FittedCause, screened: Screen) -> float:
     """By how much the log evidence of the best of a cause's shapes exceeds that of the mean of all, which are as likely
     in advance; at most the logarithm of their number.
     """
-    values = [
-        value
-        for candidate, value in zip(screened.candidates, screened.log_evidence, strict=True)
-        if candidate.cause.name == cause.name
-    ]
     if cause.extension.cause.size.fixed:
         # the evidence of one shape is its share of that of all
         return 0.0
-    return max(values) - screened.by_cause[cause.name] if values else float(np.log(len(cause.extension.cause.shapes)))
+    values = [value for value, _ in screened.shapes(cause.name)]
+    return max(values) - screened.of(cause.name) if values else float(np.log(len(cause.extension.cause.shapes)))
 
 
 def at_best_shape(model: SetModel, base: SetFit, extensions: tuple[Extension, ...], cause: FittedCause) -> FittedCause:
@@ -301,7 +297,7 @@ class _CauseFitter:
 
 def _first_shapes(screened: Screen, name: str, obvious: bool) -> list[Extension]:
     """All of a few discrete shapes; of a continuous one the likeliest, and some others where the misfit is obvious."""
-    shapes = [candidate for candidate in screened.candidates if candidate.cause.name == name]
+    shapes = [candidate for _, candidate in screened.shapes(name)]
     if shapes[0].cause.shape_step == 0:
         return shapes
     likeliest = _shapes(screened, name, 1)
@@ -311,12 +307,7 @@ def _first_shapes(screened: Screen, name: str, obvious: bool) -> list[Extension]
 
 def _shapes(screened: Screen, name: str, most: int | None) -> list[Extension]:
     """The most likely shapes of a cause; all where no number is given."""
-    ranked = [
-        (value, candidate)
-        for candidate, value in zip(screened.candidates, screened.log_evidence, strict=True)
-        if candidate.cause.name == name
-    ]
-    ranked.sort(key=lambda entry: -entry[0])
+    ranked = sorted(screened.shapes(name), key=lambda entry: -entry[0])
     return [shape for value, shape in ranked[:most] if most is None or value >= ranked[0][0] - SHAPES_WITHIN]
 
 

@@ -14,6 +14,7 @@ from drillid.discrepancy.detectors.change import ChangeDetector
 from drillid.discrepancy.detectors.detect import detect, detectors
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.detector import Inspection
+from drillid.discrepancy.detectors.drive import TorqueLimitDetector
 from drillid.discrepancy.detectors.pooling import detection_gain, pool
 from drillid.discrepancy.detectors.recorder import RotatingErrors
 from drillid.discrepancy.detectors.residual_record import ResidualRecord, WindowRecord
@@ -318,6 +319,16 @@ def test_a_coarsely_rounded_command_shows_no_limit(null_records: list[WindowReco
     command = np.round(null_records[0].command / step) * step
     detections = detections_of(replace(null_records[0], command=command))
     assert all(detections[name].score < 4 for name in ("torque_limit", "torque_rate_limit") if name in detections)
+
+
+def test_about_an_unknown_mean_limits_below_it_are_tried(null_records: list[WindowRecord]) -> None:
+    record = null_records[0]
+    detector = detectors()["torque_limit"]
+    assert isinstance(detector, TorqueLimitDetector)
+    unlogged = replace(record, command=np.full_like(record.command, np.nan))
+    tried = {name: detector.limits(ResidualRecord(one)) for name, one in (("logged", record), ("unlogged", unlogged))}
+    assert tried["unlogged"].min() < 0 < tried["logged"].min()
+    assert np.all(np.diff(tried["unlogged"]) < 0)
 
 
 @pytest.mark.parametrize("cut", [0.0, 0.01])
