@@ -29,7 +29,8 @@ from drillid.fits.window_fit import Prior, fit, measured_rows
 from drillid.fleet.provenance import digest, source_hash
 from drillid.mobility.gate import gated_mobility
 from drillid.spectra.cross_spectra import stacked
-from drillid.spectra.periodic import line_spectra, sweep_period
+from drillid.spectra.period import sweep_period
+from drillid.spectra.periodic import line_spectra
 from drillid.spectra.stage import frequency_grid
 from drillid.windows.channels import sample_rate
 from tests.simulated import DEEP, WINDOW_S, write_records

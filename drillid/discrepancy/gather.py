@@ -34,7 +34,8 @@ from drillid.mobility.responses import closed_loop_responses
 from drillid.records.slower_samples import released
 from drillid.spectra.cross_spectra import stacked
 from drillid.spectra.local_polynomial import local_spectra
-from drillid.spectra.periodic import line_spectra, sweep_period
+from drillid.spectra.period import sweep_period
+from drillid.spectra.periodic import line_spectra
 from drillid.spectra.stage import is_usual, usual_sweep
 from drillid.windows.channels import sample_rate, window_channels
 
@@ -232,10 +233,10 @@ def _spectra(windows: Sequence[Floats], rate: float, periods: Floats, settings: 
     usual, frequency = usual_sweep(periods, settings.spectra, rate)
     lines = settings.spectra.noise_lines
 
-    def of(channels: Floats, is_periodic: bool) -> Spectra:
+    def of(channels: Floats, period: float) -> Spectra:
         sweep, speed, command = channels
-        if is_periodic:
-            return line_spectra(sweep, speed, command, rate, usual, frequency, lines)
+        if is_usual(np.asarray(period), usual, rate):
+            return line_spectra(sweep, speed, command, rate, period, frequency, lines)
         return local_spectra(sweep, speed, command, rate, frequency, lines // 4)
 
-    return stacked([of(*row) for row in zip(windows, is_usual(periods, usual, rate), strict=True)], frequency)
+    return stacked([of(*row) for row in zip(windows, periods.tolist(), strict=True)], frequency)

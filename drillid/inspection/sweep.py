@@ -12,7 +12,7 @@ from scipy.signal import periodogram
 from drillid.arrays import Floats, Integers
 from drillid.errors import LogError
 from drillid.records.clock import place_rows
-from drillid.spectra.periodic import sweep_period
+from drillid.spectra.period import sweep_period
 from drillid.units import to_si_factor
 
 _PIECE_S = 600.0

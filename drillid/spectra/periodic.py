@@ -6,16 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
+from scipy.signal import czt
 
 from drillid.arrays import Booleans, Complex, Floats, Integers
 from drillid.records.quality import quantisation_step
 from drillid.spectra.cross_spectra import Spectra
 from drillid.spectra.noise import Weights, autoregressive_level, bands, burst_weights, high_pass, level_variance
 
-_NOT_REPEATING = 0.01
-"""Share of the sweep's power that may differ from one period to the next."""
-_SHORTEST_PERIOD = 1.0
-"""Periods of the lowest frequency that the sweep's own period must hold at least."""
 _ORDER = 1
 """Order of the local polynomial of the transient: order two removes no more and adds 3 % to the variance."""
 _BEYOND = 1.25
@@ -32,29 +29,6 @@ weighted mean must be worth."""
 
 _ROUNDING = 1e-9
 """Share of a period that is rounding."""
-
-
-def sweep_period(sweep: Floats, rate: float, lowest_frequency: float) -> float:
-    """Period (s) of a sweep; 0 where it does not repeat within half of the window.
-
-    The shortest lag at which the sweep, less its mean, differs from itself by less than 1 % of its power.
-    """
-    sweep, samples = sweep - sweep.mean(), sweep.size
-    points = next_fast_len(2 * samples, real=True)
-    # a lag of half of the window has a neighbour on either side too
-    product = irfft(np.abs(rfft(sweep, points)) ** 2, points)[: samples // 2 + 2]
-    energy = np.concatenate([[0.0], np.cumsum(sweep**2)])
-    lags = np.arange(product.size)
-    both = energy[samples - lags] + energy[samples] - energy[lags]
-    if energy[-1] == 0:
-        return 0.0
-    difference = 1 - 2 * product / np.maximum(both, np.finfo(float).tiny)
-    shortest = int(_SHORTEST_PERIOD * rate / lowest_frequency)
-    inner = difference[1:-1]
-    lowest_point = (inner <= difference[:-2]) & (inner <= difference[2:]) & (inner < _NOT_REPEATING)
-    periods = np.flatnonzero(lowest_point) + 1
-    periods = periods[periods >= shortest]
-    return float(periods[0] / rate) if periods.size else 0.0
 
 
 def whole_periods(samples: int, rate: float, period: float) -> int:
@@ -132,18 +106,30 @@ def _spectra(
     channels: tuple[Floats, ...], rate: float, period: float, frequencies: Floats, noise_lines: int
 ) -> tuple[_Lines, list[Complex]]:
     periods = whole_periods(channels[0].size, rate, period)
-    samples = round(periods * period * rate)
+    length = periods * period * rate
+    samples = round(length)
     harmonics = np.rint(frequencies * period).astype(int) * periods
     offsets = _noise_offsets(periods, noise_lines)
     needed = max(int(_BEYOND * harmonics[-1]), harmonics[-1] + offsets[-1])
     last = min(next_fast_len(-(-needed // periods), real=True), (samples - 1) // (2 * periods)) * periods
     # at a low rate some lines near the highest harmonics would lie beyond half of the rate
     offsets = offsets[harmonics[-1] + offsets <= last]
-    spectra = [rfft(channel[:samples] - channel[:samples].mean())[: last + 1] * (2 / samples) for channel in channels]
+    spectra = [_transform(channel[:samples], length, last + 1) * (2 / samples) for channel in channels]
     step = quantisation_step(channels[0][:samples]) or 0.0
     # the same in each period, so that it neither falls with their number nor appears between harmonics
     rounding = 4 * periods / samples * step**2 / 12
     return _Lines(periods, samples / rate, harmonics, offsets, last, rounding), spectra
+
+
+def _transform(series: Floats, length: float, lines: int) -> Complex:
+    """The first lines of a record (samples,) whose length in samples need not be whole.
+
+    What its last sample has too much or too little is a transient, which a polynomial over the lines removes.
+    """
+    series = series - series.mean()
+    if abs(length - series.size) < _ROUNDING * length:
+        return np.asarray(rfft(series)[:lines])
+    return np.asarray(czt(series, lines, np.exp(-2j * np.pi / length)))
 
 
 def _noise_offsets(periods: int, noise_lines: int) -> Integers:

@@ -23,7 +23,8 @@ from drillid.records.slower_samples import released
 from drillid.spectra.cross_spectra import Spectra, stacked, welch_spectra
 from drillid.spectra.distortion import DistortionLevels, distortion_levels, sweep_rate, two_octave_bands
 from drillid.spectra.local_polynomial import LEAST_LINES, local_spectra
-from drillid.spectra.periodic import line_spectra, sweep_period
+from drillid.spectra.period import sweep_period
+from drillid.spectra.periodic import line_spectra
 from drillid.windows.channels import sample_rate, window_channels
 
 if TYPE_CHECKING:
@@ -57,8 +58,8 @@ def usual_sweep(periods: Floats, settings: SpectraSettings, rate: float) -> tupl
 
 
 def is_usual(periods: Floats, usual: float, rate: float) -> Booleans:
-    """Where the sweep has the usual period, to a sample: a period of a whole number and a half is found as either."""
-    return (periods > 0) & (np.abs(periods - usual) * rate < 1.5)
+    """Where the sweep has the usual period, to a sample: clocks drift, and a short window tells it less precisely."""
+    return (periods > 0) & (np.abs(periods - usual) * rate < 1)
 
 
 def spectrogram(channel: Floats, rate: float, segment: float, highest: float) -> tuple[Floats, Floats, Floats]:
@@ -131,7 +132,7 @@ def _estimated(
     """Spectra of one window."""
     sweep, speed, command = channels
     if is_usual(np.asarray(period), usual, rate) and settings.estimator != "welch":
-        return line_spectra(sweep, speed, command, rate, usual, frequencies, settings.noise_lines)
+        return line_spectra(sweep, speed, command, rate, period, frequencies, settings.noise_lines)
     if sweep.size < _needed(frequencies, settings, rate):
         return Spectra.missing(frequencies.size)
     if settings.estimator == "welch":

@@ -19,7 +19,7 @@ from drillid.discrepancy.verdicts.verdict import LEARNT, NONE, UNKNOWN, Verdict,
 from drillid.errors import SettingsError
 from drillid.physics.equipment import of_window
 from drillid.simulation.short_sections import with_short_sections_extended
-from drillid.spectra.periodic import sweep_period
+from drillid.spectra.period import sweep_period
 
 _HARMONICS, _HIGHEST_SHARE = 2.0, 0.3
 """Highest frequency at which a law is compared, per highest one of the responses, and per rate of the samples."""

@@ -12,7 +12,8 @@ from drillid.excitation.torques import band_limited_noise, exponential_sweeps
 from drillid.mobility.responses import closed_loop_responses, command_mobility
 from drillid.spectra.cross_spectra import Spectra, stacked, welch_spectra
 from drillid.spectra.local_polynomial import local_spectra
-from drillid.spectra.periodic import line_spectra, sweep_period
+from drillid.spectra.period import sweep_period
+from drillid.spectra.periodic import line_spectra
 from drillid.spectra.stage import frequency_grid, spectrogram
 from drillid.statistics import expected_ratio, sharing, sum_of_ratios_probability
 
@@ -45,11 +46,34 @@ def test_the_period_is_found_and_a_single_chirp_has_none() -> None:
     rng = np.random.default_rng(1)
     for period in (60.0, 120.0, 97.5):
         sweep = exponential_sweeps(TIME, 500.0, period=period) + rng.normal(scale=1.0, size=TIME.size)
-        assert sweep_period(sweep, RATE, 0.05) == pytest.approx(period, abs=0.5 / RATE)
+        assert sweep_period(sweep, RATE, 0.05) == pytest.approx(period, rel=1e-6)
     assert sweep_period(exponential_sweeps(TIME, 500.0, period=600.0), RATE, 0.05) == 0
     assert sweep_period(rng.normal(size=TIME.size), RATE, 0.05) == 0
     assert sweep_period(np.zeros(TIME.size), RATE, 0.05) == 0
     assert sweep_period(exponential_sweeps(TIME, 500.0, period=120.0) + 2e4, RATE, 0.05) == pytest.approx(120.0)
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.0003])
+@pytest.mark.parametrize(("rate", "period"), [(10.0, 60 * (1 + 83e-6)), (20.0, 60 * (1 - 2e-4)), (10.0, 60.05)])
+def test_a_recorder_with_a_clock_of_its_own_costs_no_precision(rate: float, period: float, noise: float) -> None:
+    """Clock errors of a crystal and larger ones; a period of a whole number and a half of samples."""
+    time = np.arange(round(1200 * rate)) / rate
+    lines, phases = np.arange(3, 250) / period, np.random.default_rng(0).uniform(0, 2 * np.pi, 247)
+    sweep, response = (
+        0.1 * np.cos(2 * np.pi * np.outer(time - late, lines) + phases).sum(axis=1) for late in (0.0, 0.3)
+    )
+    found = sweep_period(sweep, rate, 0.05)
+    assert found == pytest.approx(period, rel=1e-9)
+    frequency = frequency_grid(found, SETTINGS, rate)
+    error, variance = [], []
+    for seed in range(10):
+        speed = response + np.random.default_rng(seed).normal(scale=noise, size=time.size)
+        spectra = line_spectra(sweep, speed, sweep, rate, found, frequency, SETTINGS.noise_lines)
+        mobility = spectra.cross_speed / spectra.sweep_power
+        error.append(np.abs(mobility - np.exp(-0.6j * np.pi * frequency)) ** 2 * spectra.sweep_power)
+        variance.append(spectra.speed_noise)
+    np.testing.assert_allclose(np.mean(variance), 4 * noise**2 / (found * rate), rtol=0.1)
+    np.testing.assert_allclose(np.mean(error), np.mean(variance) / int(1200 / period), rtol=0.15)
 
 
 def estimated(method: str, sweep: np.ndarray, speed: np.ndarray, frequency: np.ndarray) -> Spectra:
