@@ -58,7 +58,7 @@ class CompiledSystem:
     constants: list[Any]
     """Likewise the constants, to which no derivatives are taken."""
     structure: Structure
-    factors: tuple[Shaping | None, Shaping | None, Shaping | None]
+    factors: tuple[Recording | None, Shaping | None, Shaping | None]
     """Further factors of recording, control and top drive."""
     shunts: Sequence[tuple[int, DampingLaw, Section]]
     """Laws that add to the shunt admittance of a line, each with its place and a section of that line."""
@@ -203,10 +203,10 @@ def compiled_system(
         order,
         filter_pairs(order),
     )
-    clock_variance = recording.clock_jitter * recording.clock_jitter + recording.hold_variance
+    clock_variance = recording.variance + recording.hold_variance
     delay_variance = top_drive.delay_jitter * top_drive.delay_jitter + top_drive.hold_variance
     quantities = [
-        *(recording.scale, recording.clock_offset, clock_variance, recording.filter_frequency),
+        *(recording.scale, recording.lateness, clock_variance, recording.filter_frequency),
         *(recording.hold_skewness, 0.0),
         *(controller.proportional, controller.integral, controller.speed_filter, controller.torque_filter, 0.0),
         *(top_drive.inertia, top_drive.delay, delay_variance, top_drive.gain, top_drive.lag, top_drive.hold_skewness),
@@ -217,7 +217,7 @@ def compiled_system(
         *lines.quantities,
         *(quantity for section in system.string for quantity in (section.length, section.polar_moment)),
     ]
-    factors = recording.shaping, controller.shaping, top_drive.shaping
+    factors = recording if recording.has_factor else None, controller.shaping, top_drive.shaping
     return CompiledSystem(quantities, constants, structure, factors, lines.shunts)
 
 

@@ -12,17 +12,23 @@ import numpy as np
 
 from drillid.arrays import Complex
 from drillid.errors import SettingsError
-from drillid.physics.dual_numbers import primal
+from drillid.physics.dual_numbers import primal, vanishes
 from drillid.physics.equipment import DrillingSystem, Quantity, Shaping
 from drillid.physics.held_control import held_logarithm
+
+_LEAST_RENEWAL = 1e-9
+"""s, in place of zero in windows of their own samples, beside others whose samples are held."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """How one channel is recorded, R(s) = c e^(−s t₀ + s²(σ² + v)/2 − s³κ/6) B(s); the defaults record the true signal.
+    """How one channel is recorded, R(s) = c e^(−s t₀ + s²(σ² + v)/2 − s³κ/6) B(s) U(s); the defaults record the true
+    signal.
 
     B is a Butterworth low pass (Butterworth 1930, Experimental Wireless 7, 536–541). Gaussian
-    time-stamp jitter σ acts by the mean over its distribution, as does the jitter of a drive's delay.
+    time-stamp jitter σ acts by the mean over its distribution, as does the jitter of a drive's delay. A signal that is
+    renewed at intervals T is late by a uniformly distributed time, U(s) = (1 − e^(−sT))/(sT), where rows fall anywhere
+    between two renewals.
     """
 
     scale: Quantity = 1.0
@@ -34,6 +40,8 @@ class Recording:
     filter_frequency: Quantity = np.inf
     """Hz, half-power frequency of B."""
     filter_order: int = 2
+    renewal: Quantity = 0.0
+    """T, s; 0 where every row has a sample of its own."""
     shaping: Shaping | None = None
     """Further factor of R."""
     hold_variance: Quantity = 0.0
@@ -54,15 +62,37 @@ class Recording:
         frequency = primal(self.filter_frequency)
         return frequency != np.inf if isinstance(frequency, float) else not np.all(np.isinf(frequency))
 
+    @property
+    def lateness(self) -> Quantity:
+        """Mean time by which rows are late, t₀ + T/2, s."""
+        return self.clock_offset + self.renewal / 2
+
+    @property
+    def variance(self) -> Quantity:
+        """Variance of that time without a held command, σ² + T²/12, s²."""
+        return self.clock_jitter * self.clock_jitter + self.renewal * self.renewal / 12
+
+    @property
+    def has_factor(self) -> bool:
+        """Whether R has a factor beside scale, filter and cumulants of the lateness."""
+        return self.shaping is not None or not vanishes(self.renewal)
+
+    def factor(self, s: Complex) -> Any:
+        """The further factor, and what lateness by a uniformly distributed time has beyond its mean and variance."""
+        shaping = 1.0 if self.shaping is None else self.shaping.factor(s)
+        if vanishes(self.renewal):
+            return shaping
+        half = s * (self.renewal + _LEAST_RENEWAL) / 2
+        return shaping * np.sinh(half) / half * np.exp(-np.square(half) / 6)
+
     def transfer(self, s: Complex) -> Complex:
         """R(s), recorded per true signal; broadcasts, and is a Dual where a quantity or s is one."""
-        variance = self.clock_jitter * self.clock_jitter + self.hold_variance
         higher = held_logarithm(s, self.hold_skewness, *self.hold_higher)
-        clock = np.exp(np.square(s) * variance / 2 - s * self.clock_offset + higher)
+        clock = np.exp(np.square(s) * (self.variance + self.hold_variance) / 2 - s * self.lateness + higher)
         transfer: Complex = (
             self.scale * clock / _butterworth(s / (2 * np.pi * self.filter_frequency), self.filter_order)
         )
-        return transfer if self.shaping is None else transfer * self.shaping.factor(s)
+        return transfer * self.factor(s) if self.has_factor else transfer
 
 
 def _butterworth(s: Any, order: int) -> Any:

@@ -69,7 +69,7 @@ class WindowModel:
         if vanishes(interval):
             return self
         top_drive, recording = self.system.top_drive, self.recording
-        arguments = interval, top_drive.delay, recording.clock_offset, self._filters()
+        arguments = interval, top_drive.delay, recording.lateness, self._filters()
         read, later = read_and_kept(*arguments)
         folding = Held.of(*arguments, (read, later)) if top_drive.controller.matching is None else None
         variance = top_drive.hold_variance + read[0]
@@ -81,9 +81,9 @@ class WindowModel:
 
     def _filters(self) -> Filters:
         top_drive, recording = self.system.top_drive, self.recording
-        jitter, clock_jitter = top_drive.delay_jitter, recording.clock_jitter
+        jitter = top_drive.delay_jitter
         corner_time = 1 / (2 * np.pi * recording.filter_frequency)
-        variances = jitter * jitter, clock_jitter * clock_jitter
+        variances = jitter * jitter, recording.variance
         return Filters(
             top_drive.lag, top_drive.controller.speed_filter, *variances, corner_time, recording.filter_order
         )

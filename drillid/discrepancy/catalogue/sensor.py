@@ -107,10 +107,7 @@ class SampleAndHold(Cause):
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
         """A speed that is late by a uniformly distributed time, up to the size."""
-        recording = window_model.recording
-        return window_model.with_recording(
-            clock_offset=recording.clock_offset + size / 2, clock_jitter=recording.clock_jitter + size / np.sqrt(12)
-        )
+        return window_model.with_recording(renewal=window_model.recording.renewal + size)
 
     def allows(self, other: Cause) -> bool:
         """Whether the other is no jitter: the lateness of the rows varies as a jittering delay of the drive would."""

@@ -23,6 +23,7 @@ from drillid.physics.equipment import (
     Motor,
     RegenerativeCutting,
     Section,
+    Shaping,
     StribeckCutting,
     TopDrive,
     polar_moment,
@@ -114,7 +115,9 @@ def test_parts_that_no_cause_brings_are_computed_exactly() -> None:
     motor = Motor(2e4 * (1 + c[0]), 50 * (1 + c[1]), 20 * (1 + c[2]))
     laws = StribeckCutting(3e3, 2e3, 2.0, OPERATING_POINT.speed * (1 + c[3]), 2.0), RegenerativeCutting(3e3, 12.0, 5)
     bit = replace(base.system.bit, cutting=laws)
-    recording = replace(base.recording, scale=-1.1 * (1 + c[4]), filter_frequency=9 * (1 + c[5]), filter_order=3)
+    shaping, renewal = Shaping(0.02 * (1 + c[7]), pole_1=0.01), 0.03 * (1 + c[6])
+    changed = {"filter_frequency": 9 * (1 + c[5]), "filter_order": 3, "shaping": shaping, "renewal": renewal}
+    recording = replace(base.recording, scale=-1.1 * (1 + c[4]), **changed)
     assert_alike(WindowModel(replace(base.system, motor=motor, bit=bit), recording), SHARED)
 
 

@@ -141,6 +141,17 @@ def test_jitter_of_time_stamps_acts_by_its_mean() -> None:
     assert abs(transfer - 1) > 0.1
 
 
+def test_a_signal_that_is_renewed_at_intervals_is_late_by_its_age() -> None:
+    """Rows of one tone, each of the last sample before it; intervals and rows have no common multiple."""
+    rows = SAMPLE_INTERVAL * np.arange(40000)
+    interval, frequency = 0.1 * np.sqrt(2), 4.0
+    samples = np.exp(2j * np.pi * frequency * np.floor(rows / interval) * interval)
+    measured = np.mean(samples * np.exp(-2j * np.pi * frequency * rows))
+    transfer = Recording(renewal=interval).transfer(laplace(np.array([frequency])))[0]
+    assert abs(measured - transfer) < 1e-3
+    assert abs(transfer) < 0.6
+
+
 def test_no_size_is_no_effect() -> None:
     assert np.array_equal(Recording().transfer(S), np.ones(S.size))
     truth = command_mobility(SYSTEM, S)
@@ -149,13 +160,14 @@ def test_no_size_is_no_effect() -> None:
 
 def test_derivatives_are_exact() -> None:
     """Central differences, good to about 1e-8, for every parameter of the transfer and the sensor scale."""
-    point = np.array([1.02, 0.03, 0.02, 6.0, 1.1])
+    point = np.array([1.02, 0.03, 0.02, 6.0, 0.05, 1.1])
 
-    def response(scale: object, offset: object, jitter: object, corner: object, sensor: object) -> Any:
-        return recorded(command_mobility(sensed(SYSTEM, sensor), S), S, Recording(scale, offset, jitter, corner, 3))
+    def response(scale: Any, offset: Any, jitter: Any, corner: Any, renewal: Any, sensor: Any) -> Any:
+        recording = Recording(scale, offset, jitter, corner, 3, renewal)
+        return recorded(command_mobility(sensed(SYSTEM, sensor), S), S, recording)
 
     value, slopes = derivatives(response, point)
-    assert slopes.shape == (5, FREQUENCIES.size)
+    assert slopes.shape == (point.size, FREQUENCIES.size)
     for row, size in enumerate(point):
         ahead, behind = point.copy(), point.copy()
         ahead[row] += 1e-5 * size
