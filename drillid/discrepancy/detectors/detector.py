@@ -64,6 +64,8 @@ class Detector:
     off the record, as sizes deviate in simulated rigs of little noise."""
     least_shown: ClassVar[float] = 1.0
     """Least share of a cause's size that its detection may show, where the law that the cause follows is not known."""
+    acts_beyond: ClassVar[bool] = False
+    """Whether the cause acts only beyond its size, as a limit does: a window that does not reach it tells no size."""
     least: ClassVar[float] = 0.0
     """Size that any rig may have: a smaller one is no cause, however surely many windows show it."""
 

@@ -48,6 +48,7 @@ class LimitDetector(Detector):
     is known, and does not show changes between samples.
     """
 
+    acts_beyond = True
     memory: ClassVar[bool]
     """Whether the delivered torque depends on what was delivered before."""
 

@@ -12,7 +12,7 @@ from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.detectors.detection import Detection, SpectralLines
 from drillid.discrepancy.detectors.detector import Detector
 from drillid.discrepancy.predictive_gain import NO_PREDICTIVE_GAIN, PredictiveGain
-from drillid.discrepancy.rules import IMAGES_RATE, LARGEST_COUNTEREVIDENCE, LINE_KEPT, SCATTER_RATE
+from drillid.discrepancy.rules import CLEAR_DETECTION, IMAGES_RATE, LARGEST_COUNTEREVIDENCE, LINE_KEPT, SCATTER_RATE
 
 _STRONGEST, _LEAKAGE = 20, 6
 """Number of strongest lines that show images of the sweep, and half lines by which they are apart at least."""
@@ -68,6 +68,7 @@ def pool(detections: Sequence[Detection]) -> list[PooledDetection]:
 
 def _pooled(cause: str, own: Sequence[Detection]) -> PooledDetection:
     own, p_value = _at_better_shape(own)
+    own = _telling_sizes(own)
     weight = np.array(
         [1 / max(detection.size_error, 1e-300) ** 2 if detection.size_error > 0 else 0.0 for detection in own]
     )
@@ -90,6 +91,20 @@ def _detector(cause: str) -> Detector:
     """The detector of a cause, which tells how far its sizes hold; any for a symptom, which has no size of a cause."""
     own = CATALOGUE[cause].detector if cause in CATALOGUE else None
     return own or Detector()
+
+
+def _telling_sizes(own: Sequence[Detection]) -> Sequence[Detection]:
+    """The detections; where a cause acts only beyond its size, and does so clearly in some windows, the others tell
+    neither size nor gain.
+    """
+    if not _detector(own[0].cause).acts_beyond or max(detection.score for detection in own) < CLEAR_DETECTION:
+        return own
+    return [
+        detection
+        if detection.score >= CLEAR_DETECTION
+        else replace(detection, size=np.nan, size_error=np.inf, log_ratio=0.0)
+        for detection in own
+    ]
 
 
 def _at_better_shape(own: Sequence[Detection]) -> tuple[Sequence[Detection], float]:
@@ -152,7 +167,7 @@ def detection_gain(detections: Sequence[Detection]) -> PredictiveGain:
     """
     if not detections:
         return NO_PREDICTIVE_GAIN
-    detections, _ = _at_better_shape(detections)
+    detections = _telling_sizes(_at_better_shape(detections)[0])
     ratio = np.maximum([detection.log_ratio for detection in detections], 0.0)
     size, error = (
         np.array([detection.size for detection in detections]),

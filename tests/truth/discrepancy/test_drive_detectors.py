@@ -9,7 +9,9 @@ from scipy.signal import detrend
 from drillid.discrepancy.detectors.drive import ceiling_score
 from drillid.discrepancy.detectors.gear import Gear as GearSeen
 from drillid.discrepancy.detectors.motion import Motion
+from drillid.discrepancy.detectors.pooling import detection_gain, pool
 from drillid.discrepancy.detectors.residual_record import ResidualRecord, WindowRecord
+from drillid.discrepancy.gather import all_detections
 from drillid.physics.limits import rate_limited, withheld_by_play
 from drillid.physics.nonlinear import DriveLimits, Gear, NonlinearRig
 from tests.simulated import RATE, SHALLOW
@@ -28,6 +30,17 @@ from tests.truth.discrepancy.window_records import (
 def test_torque_limit() -> None:
     rig = replace(RIG, limits=DriveLimits(torque=1950.0))
     assert has_size(alone(records(rig, 50)[0], "torque_limit"), 1950.0)
+
+
+def test_a_torque_limit_that_one_window_reaches() -> None:
+    limited = replace(RIG, limits=DriveLimits(torque=1950.0))
+    soft = [records(limited, seed, bit_torque=1200.0)[0] for seed in (54, 55, 56)]
+    windows = [*soft, records(limited, 50)[0]]
+    assert max(record.command.max() for record in soft) < 1950.0 < windows[-1].command.max()
+    detections = all_detections(windows)
+    (found,) = (each for each in pool(detections) if each.cause == "torque_limit")
+    assert abs(found.size - 1950.0) < 4 * found.size_error < 0.05 * 1950.0
+    assert detection_gain([each for each in detections if each.cause == "torque_limit"]).low > 0
 
 
 @pytest.mark.parametrize(("name", "limit"), [("torque_limit", 1950.0), ("torque_rate_limit", 1500.0)])

@@ -51,6 +51,18 @@ def test_a_jitter_finer_than_time_stamps_is_no_evidence() -> None:
     assert pool(detections("delay_jitter", coarser))[0].p_value < 1e-9
 
 
+def test_windows_that_do_not_reach_a_limit_neither_tell_it_nor_deny_it() -> None:
+    reached = Detection("torque_limit", 0, 10.0, 1894.0, 2.0, 52.0)
+    below = [Detection("torque_limit", row, 0.4, 1816.0 - row, 14.0, 0.2) for row in range(1, 6)]
+    pooled = pool([reached, *below])[0]
+    assert (pooled.size, pooled.size_error) == pytest.approx((1894.0, 2.0))
+    gain = detection_gain([reached, *below])
+    assert gain.value == pytest.approx((52.0 - 1.0) / 6)
+    assert gain.low > 0
+    # where no window shows it clearly all of them tell as much as they can
+    assert 1800 < pool(below)[0].size < 1816
+
+
 def test_windows_without_a_size_do_not_vouch_for_those_that_scatter() -> None:
     scattered = [Detection("aliased_tone", row, 5.0, 0.01 * (row + 1), 0.001, 12.0) for row in range(4)]
     silent = [Detection("aliased_tone", row, 0.0, 0.0, np.inf, 0.0) for row in range(4, 24)]
