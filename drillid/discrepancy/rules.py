@@ -373,7 +373,7 @@ NAMELESS_EVIDENCE = Rule(
 )
 REJECTED_PULLS = Rule(
     8.0,
-    "cost of the data sheet's pulls from which the base model is rejected whatever its residuals",
+    "cost of the data sheet's pulls from which a model, extended or not, is rejected whatever its residuals",
     "13 tolerances of a value that no one measures, 6 of a length or clock: linear theory sees no pull so far out; "
     "fits judge the causes",
     _ENGINE + "test_a_length_that_fits_far_off_the_data_sheet_is_wrong_though_all_residuals_are_noise",

@@ -123,6 +123,13 @@ def total_evidence(examination: Examination, chosen: Chosen) -> float:
     return sum(cause.log_evidence for _, cause in chosen) - penalty
 
 
+def leaves_more(fit: SetFit, after: Screen) -> bool:
+    """Whether an extended model leaves something in its residuals, or pulls off the data sheets so far out that linear
+    theory does not see them.
+    """
+    return after.p_value < CLOSURE_RATE or fit.data_sheet_cost > REJECTED_PULLS
+
+
 def alternative(
     examination: Examination, first: Posterior, residual: Screen, causes: list[Cause], generator: np.random.Generator
 ) -> tuple[Chosen, Screen] | None:
@@ -138,21 +145,21 @@ def alternative(
     least = max(first.best.log_evidence - PAIR_FIRST_WITHIN, 0.0)
     for cause in [fit for fit in first.fitted_causes[:_MOST_FIRSTS] if fit.log_evidence > least]:
         after = residual if cause is first.best else screen(model, cause.fit, (cause.extension,), causes, generator)
-        if after.p_value < CLOSURE_RATE:
+        if leaves_more(cause.fit, after):
             # what another shape of it explains is no second cause
             moved = at_best_shape(model, examination.base, (), cause)
             if moved.fit.cost < cause.fit.cost - SHAPE_RESOLVED:
                 cause, after = moved, screen(model, moved.fit, (moved.extension,), causes, generator)
         own = with_first(first, cause)
-        if after.p_value >= CLOSURE_RATE:
-            option: tuple[Chosen, Screen] = ([(own, cause)], after)
-        else:
-            seconds = _second_causes(examination, cause.fit, cause.extension, after, causes)
-            if max((fit.log_evidence for fit in seconds), default=0.0) < pair_penalty:
-                continue
+        option: tuple[Chosen, Screen] = ([(own, cause)], after)
+        left = leaves_more(cause.fit, after)
+        seconds = _second_causes(examination, cause.fit, cause.extension, after, causes) if left else []
+        if max((fit.log_evidence for fit in seconds), default=-np.inf) >= pair_penalty:
             second = cause_posterior(seconds, after.unknown_evidence, examination.base_rates)
             after = screen(model, second.best.fit, (cause.extension, second.best.extension), causes, generator)
             option = ([(own, cause), (second, second.best)], after)
+        elif after.p_value < CLOSURE_RATE:
+            continue
         if best is None or total_evidence(examination, option[0]) > total_evidence(examination, best[0]):
             best = option
     if best is None:
@@ -180,10 +187,16 @@ def _second_causes(
     examination: Examination, fit: SetFit, given: Extension, screened: Screen, causes: list[Cause]
 ) -> list[FittedCause]:
     """Second causes given a first, with the evidence of their own detections, in order of the responses' evidence."""
-    detections = tuple(each for each in examination.detections if not may_be_trace(each.cause, given.cause))
-    sizes = _time_varying_sizes(detections)
-    fitted_causes = search(examination.model, fit, (given,), screened, causes, time_varying=sizes)
+    detections = tuple(each for each in examination.detections if _is_of_another(each.cause, given.cause))
+    sizes, rejected = _time_varying_sizes(detections), base_model_rejected(examination.model, fit)
+    fitted_causes = search(examination.model, fit, (given,), screened, causes, time_varying=sizes, rejected=rejected)
     return _with_own_detections(fitted_causes, detections)
+
+
+def _is_of_another(detected: str, given: Cause) -> bool:
+    """Whether a detection is evidence for another cause beside a given one."""
+    is_valid = detected not in CATALOGUE or given.allows(CATALOGUE[detected])
+    return is_valid and not may_be_trace(detected, given)
 
 
 def _posterior_given(

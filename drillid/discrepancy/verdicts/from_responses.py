@@ -30,6 +30,7 @@ from drillid.discrepancy.verdicts.explanations import (
     Chosen,
     Likeliest,
     alternative,
+    leaves_more,
     own_detection,
     total_evidence,
     with_first,
@@ -49,7 +50,7 @@ def explain_responses(
     best = first.best
     after = screen(model, best.fit, (best.extension,), causes, generator)
     chosen: Chosen = [(first, best)]
-    if after.p_value < CLOSURE_RATE:
+    if leaves_more(best.fit, after):
         better = alternative(examination, first, after, causes, generator)
         if better is not None and (
             _is_incomplete(model, best.fit, after) or total_evidence(examination, better[0]) > best.log_evidence
