@@ -89,10 +89,9 @@ class Recording:
         """R(s), recorded per true signal; broadcasts, and is a Dual where a quantity or s is one."""
         higher = held_logarithm(s, self.hold_skewness, *self.hold_higher)
         clock = np.exp(np.square(s) * (self.variance + self.hold_variance) / 2 - s * self.lateness + higher)
-        transfer: Complex = (
-            self.scale * clock / _butterworth(s / (2 * np.pi * self.filter_frequency), self.filter_order)
-        )
-        return transfer * self.factor(s) if self.has_factor else transfer
+        low_pass = _butterworth(s / (2 * np.pi * self.filter_frequency), self.filter_order)
+        transfer: Complex = self.scale * clock / low_pass * self.factor(s)
+        return transfer
 
 
 def _butterworth(s: Any, order: int) -> Any:

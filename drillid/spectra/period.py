@@ -32,18 +32,20 @@ def sweep_period(sweep: Floats, rate: float, lowest_frequency: float) -> float:
     if not correlation.record.any():
         return 0.0
     shortest = int(_SHORTEST_PERIOD * rate / lowest_frequency)
-    for lag in correlation.lowest_lags(_NOT_REPEATING):
-        if lag >= shortest and correlation.difference(correlation.nearest(lag)) < _NOT_REPEATING:
-            return _refined(int(lag), correlation) / rate
+    lags = correlation.lowest_lags(_NOT_REPEATING)
+    for lag in lags[lags >= shortest].tolist():
+        period = correlation.nearest(lag)
+        if correlation.difference(period) < _NOT_REPEATING:
+            return _refined(lag, period, correlation) / rate
     return 0.0
 
 
-def _refined(lag: int, correlation: "_Correlation") -> float:
-    """Period in samples, from the lag nearest to it.
+def _refined(lag: int, period: float, correlation: "_Correlation") -> float:
+    """Period in samples, from the whole lag nearest to it and what that tells of it.
 
     A multiple of the period tells it the more precisely, and one multiple tells where its double is.
     """
-    period, multiple = correlation.nearest(lag), 2
+    multiple = 2
     while multiple * period < correlation.record.size / 2:
         period = correlation.nearest(round(multiple * period)) / multiple
         multiple *= 2

@@ -97,13 +97,12 @@ def _telling_sizes(own: Sequence[Detection]) -> Sequence[Detection]:
     """The detections; where a cause acts only beyond its size, and does so clearly in some windows, the others tell
     neither size nor gain.
     """
-    if not _detector(own[0].cause).acts_beyond or max(detection.score for detection in own) < CLEAR_DETECTION:
+    is_clear = [detection.score >= CLEAR_DETECTION for detection in own]
+    if not _detector(own[0].cause).acts_beyond or not any(is_clear):
         return own
     return [
-        detection
-        if detection.score >= CLEAR_DETECTION
-        else replace(detection, size=np.nan, size_error=np.inf, log_ratio=0.0)
-        for detection in own
+        one if clear else replace(one, size=np.nan, size_error=np.inf, log_ratio=0.0)
+        for one, clear in zip(own, is_clear, strict=True)
     ]
 
 
