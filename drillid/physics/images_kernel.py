@@ -120,13 +120,15 @@ def images(
 @compiled
 def _interpolate(values: Complex, x: Floats, result: Complex) -> None:
     """Polynomial through values at the Chebyshev nodes, at places within ±1, filled (Trefethen 2013, chapter 3)."""
-    before, now = np.ones(x.size), x.copy()
-    result[:] = np.mean(values)
-    for degree in range(1, _NODES):
+    coefficients = np.empty(_NODES, dtype=np.complex128)
+    for degree in range(_NODES):
         coefficient = 0j
         for node in range(_NODES):
             coefficient += values[node] * _COSINES[degree, node]
-        coefficient *= 2.0 / _NODES
-        for j in range(x.size):
-            result[j] += coefficient * now[j]
-            before[j], now[j] = now[j], 2.0 * x[j] * now[j] - before[j]
+        coefficients[degree] = coefficient * ((2.0 if degree else 1.0) / _NODES)
+    for j in range(x.size):
+        before, now, polynomial = 1.0, x[j], coefficients[0]
+        for degree in range(1, _NODES):
+            polynomial += coefficients[degree] * now
+            before, now = now, 2.0 * x[j] * now - before
+        result[j] = polynomial

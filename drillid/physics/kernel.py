@@ -90,7 +90,7 @@ def _decay(x: float) -> float:
 
 
 @inlined
-def _turn(x: float) -> complex:
+def turn(x: float) -> complex:
     """Cosine and sine of x as a complex number: Taylor's series within an eighth of a turn, angle doubled twice."""
     y = 0.25 * (x - _TURN * np.floor(x / _TURN + 0.5))
     q = y * y
@@ -115,7 +115,7 @@ def _turn(x: float) -> complex:
 @inlined
 def falling(z: complex) -> complex:
     """exp(−z) for a real part within ±64, to which others are set."""
-    return _decay(z.real) * _turn(-z.imag)
+    return _decay(z.real) * turn(-z.imag)
 
 
 @inlined

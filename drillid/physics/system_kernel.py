@@ -15,7 +15,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats
 from drillid.physics.images_kernel import images
-from drillid.physics.kernel import BLOCK, compiled, falling, inlined, inverse, read, root, through_section, write
+from drillid.physics.kernel import BLOCK, compiled, falling, inlined, inverse, read, root, through_section, turn, write
 from drillid.physics.system_layout import (
     BIT,
     CONTROL,
@@ -53,7 +53,10 @@ _OF_LINE = 2 * 3 * BLOCK
 @inlined
 def _computed(omega: float, half: float) -> float:
     """Angular frequency at which a computer's trapezoidal rule evaluates the control; half of its interval, or 0."""
-    return math.tan(omega * half) / half if half > 0 else omega
+    if half > 0:
+        turned = turn(omega * half)
+        return turned.imag / (turned.real * half)
+    return omega
 
 
 @compiled
@@ -85,7 +88,7 @@ def _drive(values: Floats, constants: Floats, omega: Floats, factors: Floats, ta
         write(table, _KEPT_ROW, j, complex(0.0, 0.0))
     if half > 0:
         for j in range(BLOCK):
-            write(table, _DRIVE, j, read(table, _DRIVE, j) * (math.sin(half * omega[j]) / (half * omega[j])))
+            write(table, _DRIVE, j, read(table, _DRIVE, j) * (turn(half * omega[j]).imag / (half * omega[j])))
 
 
 @compiled
@@ -392,7 +395,7 @@ def new_scratch(structure: Structure, quantities: int) -> Scratch:
     for factor in range(3):
         factors[2 * factor * BLOCK : (2 * factor + 1) * BLOCK] = 1.0
     kept = np.empty((structure.line_of.size + 1, _KEPT))
-    slopes, of_control = np.empty(2 * BLOCK * quantities), np.zeros(2 * BLOCK * TOP_DRIVE)
+    slopes, of_control = np.zeros(2 * BLOCK * quantities), np.zeros(2 * BLOCK * TOP_DRIVE)
     folded = np.zeros((2, BLOCK), dtype=np.complex128)
     return Scratch(np.empty(_TABLE), kept, slopes, of_control, of_lines, factors, folded)
 
@@ -427,7 +430,9 @@ def respond(
     for line in range(structure.lines):
         if structure.has_loss[line]:
             _loss(values[lines + PER_LINE * line + 3], constants[FIXED + FIXED_PER_LINE * line], omega, of_lines[line])
-    slopes[:] = 0.0
+    # what follows adds to these; all others are written
+    slopes[2 * BLOCK * TOP_DRIVE : 2 * BLOCK * (TOP_DRIVE + 1)] = 0.0
+    slopes[2 * BLOCK * MOTOR :] = 0.0
     for part in range(structure.parts):
         _upwards(values, structure, part, omega, of_lines, table, kept)
         _top(values[TOP_DRIVE], share, omega, folded, table, slopes[2 * BLOCK * TOP_DRIVE :])
