@@ -101,6 +101,36 @@ def speed_ratio(section: Section, load: Complex, s: Complex) -> Complex:
     return ratio
 
 
+def profile_slopes(section: Section, load: Complex, s: Complex, periods: int) -> Complex:
+    """Derivatives of the input admittance to relative changes of the polar moment along a section, N m s/rad.
+
+    Where speed is a e^(−γx) and its reflection b e^(−γ(2L − x)), a change by a share ε(x) adds
+    ∫ ε 2γY₀ (a² e^(−2γx) + b² e^(−2γ(2L − x))) dx/(a + b e^(−2γL))² to the admittance: the reflections of all places,
+    each by the two-way travel to it. Both terms are in closed form for e^(±ikx) with whole numbers of periods along L.
+
+    Parameters
+    ----------
+    load : admittance at the other end, shape (..., F)
+    periods : largest number of periods
+
+    Returns
+    -------
+    slopes : (..., 2 periods, F) for cosines of 1, 2 … periods from the upper end, then for sines
+    """
+    gamma, characteristic = propagation(section, s)
+    root = np.where(gamma.real < 0, -1.0, 1.0)
+    gamma, characteristic = root * gamma, root * characteristic
+    reflection, decay = (characteristic - load) / (characteristic + load), np.exp(-2 * gamma * section.length)
+    echo = (reflection**2 * decay)[..., None, :]
+    wave_number = 2j * np.pi * np.arange(1, periods + 1)[:, None] / np.asarray(section.length)[..., None]
+    twice = 2 * gamma[..., None, :]
+    forward, backward = 1 / (twice - wave_number), 1 / (twice + wave_number)
+    rising, falling = forward + echo * backward, backward + echo * forward
+    slopes = np.concatenate([(rising + falling) / 2, (rising - falling) / 2j], axis=-2)
+    common = 2 * gamma * characteristic * (1 - decay) / (1 + reflection * decay) ** 2
+    return np.asarray(common[..., None, :] * slopes, dtype=complex)
+
+
 def chain_entries(section: Section, s: Complex) -> tuple[Any, Any, Any, Any]:
     """Entries of the transfer matrix of equation 5, (cosh γL, Z₀ sinh γL, Y₀ sinh γL, cosh γL)."""
     gamma, characteristic = propagation(section, s)

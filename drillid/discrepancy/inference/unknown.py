@@ -1,9 +1,12 @@
-"""What the catalogue lacks: smooth disturbances of unknown shape at the ports, and parameters off their data sheets.
+"""What the catalogue lacks: disturbances of unknown shape at the ports and along the pipe, and parameters off their data
+sheets.
 
 At each port the response is disturbed by a smooth complex function of log frequency, with a Gaussian prior of unknown
 amplitude: a discrepancy in the sense of Kennedy and O'Hagan (2001, Journal of the Royal Statistical Society B 63,
-425–464), written in a basis so that it is one more linear model. What the fitted parameters absorb of it shows up
-against the data sheets: one stated parameter, or all, may lie off them by more than the tolerances.
+425–464), written in a basis so that it is one more linear model. Along the pipe its polar moment is disturbed, by sines
+and cosines of the place: what repeats itself along a string reflects within a narrow band (Brillouin 1946, Wave
+Propagation in Periodic Structures), which no smooth function of frequency shows. What the fitted parameters absorb of
+all this shows up against the data sheets: one stated parameter, or all, may lie off them by more than the tolerances.
 """
 
 from collections.abc import Iterable
@@ -14,12 +17,13 @@ from typing import Any
 import numpy as np
 
 from drillid.arrays import Complex, Floats
+from drillid.discrepancy.catalogue.cause import WindowModel
 from drillid.discrepancy.inference.coordinates import COORDINATES, DATA_SHEET, Extension
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.smooth import smooth_functions
 from drillid.physics.equipment import DrillingSystem
-from drillid.physics.line import speed_ratio
+from drillid.physics.line import profile_slopes, speed_ratio
 from drillid.physics.responses import bit_speed_ratio, string_admittance
 from drillid.physics.top_drive import torque_transfers
 
@@ -27,8 +31,9 @@ RELATIVE = ("record", "drive", "control")
 """Ports at which a disturbance multiplies the record, the torque of the drive, or the response of the control."""
 PORTS = (*RELATIVE, "top", "upper string", "lower string", "bit")
 """At the others it adds an admittance: at the string's top, at a third and at two thirds of the pipe, at the bit."""
+ALONG_PIPE = "pipe"
 ON_DATA_SHEET = "data sheet"
-CHANNELS = (*PORTS, ON_DATA_SHEET)
+CHANNELS = (*PORTS, ALONG_PIPE, ON_DATA_SHEET)
 """Where something unknown may show."""
 _IN_WORDS = {
     "length": "length of the string",
@@ -41,7 +46,7 @@ _IN_WORDS = {
 }
 _PLACES = {"upper string": 1 / 3, "lower string": 2 / 3}
 FUNCTIONS = 12
-"""Smooth functions over the band, each with real and imaginary part."""
+"""Smooth functions over the band, each with real and imaginary part, and periods along the pipe, cosine and sine."""
 _REACHES = (0.0, 6.0)
 """Correlation lengths tried for a disturbance, in basis functions: rough, and as smooth as a gain or a delay."""
 AMPLITUDES = 10.0 ** np.arange(-2.5, 0.6, 0.5)
@@ -53,11 +58,14 @@ _OFF_DATA_SHEET = np.array([3.0, 10.0, 30.0])
 def directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], channel: str) -> Complex:
     """Whitened directions (W, K, rows) of an unknown disturbance that is the same in all windows.
 
-    A port has 2 FUNCTIONS of them; the data sheets have one for each parameter that they state, in tolerances.
+    A port and the pipe have 2 FUNCTIONS of them; the data sheets have one for each parameter that they state, in
+    tolerances.
     """
     if channel == ON_DATA_SHEET:
         slopes = model.linearised(fit.point, extensions).jacobian[:, DATA_SHEET]
         return np.asarray(slopes * model.priors.error[DATA_SHEET, None], dtype=complex)
+    if channel == ALONG_PIPE:
+        return _along_pipe(model, fit, extensions)
     basis = smooth_functions(model.evidence.frequency, FUNCTIONS)
     sensitivities = _sensitivity(model, fit, extensions, channel)
     real = model.measured.whitened(*(sensitivity[:, None] * basis for sensitivity in sensitivities))
@@ -77,11 +85,27 @@ def _sensitivity(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]
         return mobility * (1 - mobility * control), np.zeros_like(control)
     if port == "control":
         return -(mobility**2) * control, control
-    drive, _ = torque_transfers(window_model.system.top_drive, s)
-    sensitivity = (
-        -(mobility**2) / (window_model.recording.transfer(s) * drive) * _speed_at(port, window_model.system, s) ** 2
-    )
-    return sensitivity * window_model.system.string[0].characteristic_admittance, np.zeros_like(control)
+    to_admittance = _to_admittance(window_model, mobility, s) * _speed_at(port, window_model.system, s) ** 2
+    return to_admittance * window_model.system.string[0].characteristic_admittance, np.zeros_like(control)
+
+
+def _to_admittance(held: WindowModel, mobility: Complex, s: Complex) -> Complex:
+    """Derivative of the mobility (W, F) to the string's admittance."""
+    drive, _ = torque_transfers(held.system.top_drive, s)
+    return np.asarray(-(mobility**2) / (held.recording.transfer(s) * drive), dtype=complex)
+
+
+def _along_pipe(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]) -> Complex:
+    """Whitened directions (W, 2 FUNCTIONS, rows) of relative changes of the pipe's polar moment along the string.
+
+    They have 1 to FUNCTIONS periods along the pipe, first the cosines.
+    """
+    held, s = model.window_model_at(fit.point, extensions).held(), model.s
+    mobility = np.broadcast_to(held.mobility(s), (model.evidence.windows, s.size))
+    pipe, *below = model.window_model_at(fit.point).system.string
+    load = string_admittance(replace(held.system, string=tuple(below)), s)
+    to_profile = _to_admittance(held, mobility, s)[:, None] * profile_slopes(pipe, load, s, FUNCTIONS)
+    return model.measured.whitened(to_profile, np.zeros_like(to_profile))
 
 
 def _speed_at(port: str, system: DrillingSystem, s: Complex) -> Any:
@@ -119,7 +143,8 @@ def prior_roots() -> Floats:
 def log_evidence(channel: str, score: Floats, information: Floats) -> Floats:
     """Log Bayes factor of something unknown against nothing, averaged over its size.
 
-    A disturbance has one of the priors of `prior_roots`; of the data sheets, all stated parameters are off or only one.
+    A disturbance has one of the priors of `prior_roots`; along the pipe it has all numbers of periods or only one; of
+    the data sheets, all stated parameters are off or only one.
 
     Parameters
     ----------
@@ -130,6 +155,10 @@ def log_evidence(channel: str, score: Floats, information: Floats) -> Floats:
     if channel == ON_DATA_SHEET:
         all_parameters = np.eye(len(DATA_SHEET))
         return _averaged(score, information, [all_parameters, *all_parameters[:, :, None]], _OFF_DATA_SHEET)
+    if channel == ALONG_PIPE:
+        both = np.eye(2 * FUNCTIONS)
+        pairs = [both[:, [number, number + FUNCTIONS]] for number in range(FUNCTIONS)]
+        return _averaged(score, information, [both, *pairs], AMPLITUDES)
     return _averaged(score, information, prior_roots(), AMPLITUDES)
 
 

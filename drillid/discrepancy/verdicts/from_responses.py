@@ -277,4 +277,5 @@ _PLACES = {
     "upper string": "in the upper half of the string",
     "lower string": "in the lower half of the string",
     "bit": "at the bottom-hole assembly",
+    "pipe": "along the pipe, as polar moments that the tally does not state",
 }

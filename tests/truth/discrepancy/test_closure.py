@@ -7,8 +7,9 @@ import numpy as np
 from drillid.config.settings import Settings
 from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
+from drillid.discrepancy.inference.unknown import ALONG_PIPE
 from drillid.discrepancy.verdicts.engine import examine
-from drillid.discrepancy.verdicts.verdict import UNKNOWN
+from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
 from drillid.excitation.torques import coloured_noise, exponential_sweeps
 from drillid.fits.datasheet import DataSheet
 from drillid.physics.equipment import DrillingSystem, Section
@@ -16,22 +17,23 @@ from drillid.simulation.simulate import SAMPLE_INTERVAL, simulate
 from tests.simulated import DEEP, LEAD_IN_S, RATE, WINDOW_S
 
 STEP, NOISE, SPEED = 0.005, 100.0, 10.5
-PIECE, RIPPLE, PERIOD = 50.0, 0.45, 600.0
-"""m, share of the polar moment, m."""
+PIECE, PERIOD = 50.0, 600.0
+"""m"""
 
 
-def rippled(pipe: Section) -> tuple[Section, ...]:
-    """The pipe with a wall that is thicker and thinner in turn."""
+def rippled(pipe: Section, ripple: float) -> tuple[Section, ...]:
+    """The pipe with a wall that is thicker and thinner in turn, by a share of its polar moment."""
     begins = np.arange(0.0, pipe.length, PIECE)
-    moments = pipe.polar_moment * (1 + RIPPLE * np.sin(2 * np.pi * (begins + PIECE / 2) / PERIOD))
+    moments = pipe.polar_moment * (1 + ripple * np.sin(2 * np.pi * (begins + PIECE / 2) / PERIOD))
     return tuple(replace(pipe, length=PIECE, polar_moment=float(moment)) for moment in moments)
 
 
-def test_a_ripple_of_the_wall_is_unknown_however_much_a_cause_explains() -> None:
+def verdict_on(ripple: float) -> Verdict:
+    """The only verdict on a window of ten minutes."""
     steps = round((LEAD_IN_S + WINDOW_S) / STEP)
     noise = coloured_noise(np.random.default_rng(3), steps, STEP, NOISE, 2.0)
     result = simulate(
-        DrillingSystem(DEEP.top_drive, (*rippled(DEEP.pipe), DEEP.collars), DEEP.bit),
+        DrillingSystem(DEEP.top_drive, (*rippled(DEEP.pipe, ripple), DEEP.collars), DEEP.bit),
         exponential_sweeps(np.arange(steps) * STEP, DEEP.sweep_amplitude),
         np.full(steps, SPEED),
         DEEP.bit_torque + noise,
@@ -57,5 +59,15 @@ def test_a_ripple_of_the_wall_is_unknown_however_much_a_cause_explains() -> None
         control_interval=SAMPLE_INTERVAL / 8,
     )
     (verdict,) = examine(gather([window], RATE, points, sheet, Settings())).verdicts
+    return verdict
+
+
+def test_a_ripple_of_the_wall_is_unknown_however_much_a_cause_explains() -> None:
+    verdict = verdict_on(0.45)
     assert verdict.verdict == UNKNOWN
     assert "the nearest known effect is" in verdict.evidence
+
+
+def test_a_slight_ripple_that_reflects_within_a_narrow_band_is_seen_along_the_pipe() -> None:
+    verdict = verdict_on(0.05)
+    assert (verdict.verdict, verdict.family) == (UNKNOWN, ALONG_PIPE)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
-from drillid.physics.line import chain_matrix, input_admittance, input_impedance, propagation, speed_ratio
+from drillid.physics.line import chain_matrix, input_admittance, input_impedance, profile_slopes, propagation, speed_ratio
 from drillid.physics.lumped import ladder_input_admittance
 from drillid.physics.responses import bit_mobility, laplace, string_admittance
 from drillid.physics.time_responses import bit_step_response
@@ -167,3 +167,24 @@ def test_derivatives_of_the_input_admittance_are_those_of_its_chain_matrix() -> 
     assert np.all(np.abs(slopes - stepwise).max(axis=1) < 1e-12 * np.abs(stepwise).max(axis=1))
     (alone,) = input_admittance(section, end, s).full_tangents()[5:]
     assert alone == pytest.approx(stepwise[5], rel=1e-12)
+
+
+@pytest.mark.parametrize("periods", [1, 4])
+@pytest.mark.parametrize("wave", [np.cos, np.sin])
+@pytest.mark.parametrize("kappa", [-20.0, 100.0])
+def test_slopes_to_the_profile_are_differences_of_a_cascade_of_thin_sections(
+    periods: int, wave: np.ufunc, kappa: float
+) -> None:
+    count, step, most = 1000, 1e-4, 5
+    pipe, load = Section(3000.0, 1.2e-5, kappa, 1e7), 50.0 + 300.0 * S
+    shape = wave(2 * np.pi * periods * (np.arange(count) + 0.5) / count)
+
+    def admittance(change: float) -> np.ndarray:
+        below = load
+        for share in shape[::-1]:
+            below = input_admittance(Section(3.0, 1.2e-5 * (1 + change * share), kappa, 1e7), below, S)
+        return below
+
+    expected = (admittance(step) - admittance(-step)) / (2 * step)
+    found = profile_slopes(pipe, load, S, most)[periods - 1 + most * (wave is np.sin)]
+    assert np.max(np.abs(found - expected)) < 1e-4 * np.max(np.abs(expected))
