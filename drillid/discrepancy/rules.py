@@ -378,6 +378,12 @@ REJECTED_PULLS = Rule(
     "fits judge the causes",
     _ENGINE + "test_a_length_that_fits_far_off_the_data_sheet_is_wrong_though_all_residuals_are_noise",
 )
+WRONG_VALUES = Rule(
+    0.01,
+    "share of the values that no one measures that are plainly wrong, by any factor",
+    "one data sheet of twenty with five such values has one that belongs to another rig",
+    _ENGINE + "test_values_off_together_are_wrong_though_no_cause_explains_them",
+)
 REJECTED_CHI2 = Rule(
     2.0,
     "χ² per residual from which the base model is rejected",

@@ -49,6 +49,14 @@ class Priors:
         cost[..., self.doubted] += np.logaddexp(0.0, _log_odds(0.0)) - np.logaddexp(0.0, log_odds)
         return cost
 
+    def log_density(self, off: Floats) -> Floats:
+        """Log density (..., P) at offsets (..., P) from the means, given in errors."""
+        from scipy.stats import t
+
+        understated = np.where(self.doubted, UNDERSTATED * (1 - 1 / UNDERSTATED_BY), 0.0)
+        peak = t.logpdf(0.0, self.degrees) + np.log1p(-understated)
+        return np.asarray(peak - self.cost(off), dtype=float)
+
     def drawn(self, count: int, generator: np.random.Generator) -> Floats:
         """Offsets drawn from the priors, in errors, (count, P)."""
         off, heavy = generator.standard_normal((count, self.error.size)), np.isfinite(self.degrees)

@@ -19,6 +19,7 @@ from drillid.discrepancy.rules import (
     OBVIOUS_MISFIT,
     OUT_OF_REACH,
     REJECTED_CHI2,
+    REJECTED_PULLS,
     SHAPE_RESOLVED,
     SHAPES_WITHIN,
     WIDE_PRIOR,
@@ -55,6 +56,11 @@ class FittedCause:
     def at_bound(self) -> bool:
         """Whether its size lies at a bound."""
         return self.extension.cause.size.at_bound(float(self.fit.point.sizes[-1]))
+
+
+def base_model_rejected(model: SetModel, base: SetFit) -> bool:
+    """Whether the base model is so wrong that a linearisation about it is not valid."""
+    return base.data_sheet_cost > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * model.measured.residuals
 
 
 def search(
@@ -151,7 +157,9 @@ class _CauseFitter:
     base: SetFit
     extensions: tuple[Extension, ...]
     several_starts: bool
-    """Whether fits also start from usual sizes, at the base fit and at the data sheets, and not only from size zero."""
+    """Whether fits also start from usual sizes, and not only from size zero; where the base model is rejected from the
+    data sheets too, as it may have taken the cause for anything else.
+    """
     known: dict[tuple[str, float], FittedCause] = field(default_factory=dict)
     """Fits so far, by cause and shape."""
 
@@ -250,7 +258,8 @@ class _CauseFitter:
             return near
         starts = (size.typical, large if size.low >= 0 else -size.typical)
         sizes = {float(np.clip(start, size.low, size.high)) for start in starts}
-        points = [*near, *self._sized([self.base.point, self.model.expected()], sizes)]
+        rejected = base_model_rejected(self.model, self.base)
+        points = [*near, *self._sized([self.base.point, *([self.model.expected()] if rejected else [])], sizes)]
         if size.low < 0 and self.base.chi2 > REJECTED_CHI2 * self.model.measured.residuals:
             # so wrong a base model says nothing of the rest of the rig
             both = {float(np.clip(sign * large, size.low, size.high)) for sign in (-1, 1)}

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from drillid.arrays import Complex, Floats, Indices
+from drillid.arrays import Booleans, Complex, Floats, Indices
 from drillid.discrepancy.catalogue import OperatingPoint, WindowModel
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.coordinates import (
@@ -116,8 +116,14 @@ class SetModel:
 
     def expected(self) -> Point:
         """The point stated by the data sheets, and by the windows' own fits where these state nothing."""
-        fitted, unstated = self.start(), self.priors.error >= _WIDE
-        return Point(np.where(unstated, fitted.shared, self.prior_mean), fitted.local, fitted.sizes)
+        fitted = self.start()
+        return Point(np.where(self.is_stated, self.prior_mean, fitted.shared), fitted.local, fitted.sizes)
+
+    @property
+    def is_stated(self) -> Booleans:
+        """(14,) which shared coordinates the data sheets state."""
+        stated: Booleans = self.priors.error < _WIDE
+        return stated
 
     def window_model(self, quantities: list[Any]) -> WindowModel:
         """The model of all windows from their fourteen quantities, each (W, 1) or a Dual of it."""

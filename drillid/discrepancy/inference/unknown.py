@@ -1,5 +1,4 @@
-"""What the catalogue lacks: disturbances of unknown shape at the ports and along the pipe, and parameters off their data
-sheets.
+"""What the catalogue lacks: disturbances of unknown shape at ports and along the pipe, and values off the data sheets.
 
 At each port the response is disturbed by a smooth complex function of log frequency, with a Gaussian prior of unknown
 amplitude: a discrepancy in the sense of Kennedy and O'Hagan (2001, Journal of the Royal Statistical Society B 63,
@@ -22,6 +21,7 @@ from drillid.discrepancy.inference.coordinates import COORDINATES, DATA_SHEET, E
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.smooth import smooth_functions
+from drillid.discrepancy.rules import WRONG_VALUES
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.line import profile_slopes, speed_ratio
 from drillid.physics.responses import bit_speed_ratio, string_admittance
@@ -118,6 +118,26 @@ def _speed_at(port: str, system: DrillingSystem, s: Complex) -> Any:
     share = _PLACES[port]
     lower = replace(system, string=(replace(pipe, length=pipe.length * (1 - share)), *below))
     return speed_ratio(replace(pipe, length=pipe.length * share), string_admittance(lower, s), s)
+
+
+def evidence_off_data_sheet(model: SetModel, fit: SetFit) -> float:
+    """Log Bayes factor of stated values off by a cause, against errors each of its own, where a value that no one
+    measures may be plainly wrong.
+
+    One value is off, or several are and each has even odds to be, by errors of a size of _OFF_DATA_SHEET. Unlike
+    `log_evidence` it holds however far out the values are, where their heavy-tailed priors have no slope.
+    """
+    from scipy.special import logsumexp
+    from scipy.stats import norm
+
+    stated = [place for place in DATA_SHEET if model.is_stated[place]]
+    off, priors = fit.off_data_sheet[stated], fit.priors.of(np.array(stated, dtype=int))
+    more = norm.logpdf(off, scale=_OFF_DATA_SHEET[:, None]) - priors.log_density(off)
+    several = np.sum(np.logaddexp(0.0, more) - np.log(2.0), axis=1, keepdims=True)
+    off_by_cause = np.concatenate([more, several], axis=1)
+    wrong = logsumexp(more, axis=0) - np.log(len(more)) + np.log(WRONG_VALUES)
+    each_alone = np.where(priors.doubted, 0.0, np.logaddexp(np.log1p(-WRONG_VALUES), wrong))
+    return float(logsumexp(off_by_cause) - np.log(off_by_cause.size) - each_alone.sum())
 
 
 def furthest_off_data_sheet(fit: SetFit) -> str:

@@ -18,10 +18,11 @@ from drillid.discrepancy.inference.base_fit import (
     log_mass,
 )
 from drillid.discrepancy.inference.far_off_data_sheet import chance_of_evidence
-from drillid.discrepancy.inference.screen import screen
-from drillid.discrepancy.inference.search import FittedCause
+from drillid.discrepancy.inference.screen import Screen, screen
+from drillid.discrepancy.inference.search import FittedCause, base_model_rejected
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, evidence_off_data_sheet
 from drillid.discrepancy.rules import (
     CLOSURE_RATE,
     DATA_SHEET_SHARE,
@@ -32,7 +33,7 @@ from drillid.discrepancy.rules import (
     SHAPE_RESOLVED,
 )
 from drillid.discrepancy.verdicts.examination import Examination, unextended
-from drillid.discrepancy.verdicts.explanations import Likeliest, base_model_rejected, likeliest_cause
+from drillid.discrepancy.verdicts.explanations import Likeliest, likeliest_cause
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
 from drillid.discrepancy.verdicts.from_responses import explain_responses
 from drillid.discrepancy.verdicts.verdict import NONE, Verdict, calibrated
@@ -89,7 +90,19 @@ def _begun(
 ) -> Examination:
     """An examination whose base model has been tested."""
     before = screen(model, base, (), causes, generator)
+    if base.data_sheet_cost > REJECTED_PULLS:
+        before = _with_pulls(before, evidence_off_data_sheet(model, base))
     return Examination((), model, base, base, (), before, before, None, detections, base_rates, before.p_value)
+
+
+def _with_pulls(before: Screen, evidence: float) -> Screen:
+    """A screen with the evidence of values far off their data sheets, which linear theory does not see.
+
+    Where nothing is wrong a Bayes factor exceeds any value x with probability at most 1/x (Markov's inequality).
+    """
+    known = max(before.unknown[ON_DATA_SHEET], evidence)
+    p_value = float(np.exp(-max(evidence, 0.0))) * RESPONSES_SHARE / DATA_SHEET_SHARE
+    return replace(before, unknown={**before.unknown, ON_DATA_SHEET: known}, p_value=min(before.p_value, p_value))
 
 
 def _by_responses(

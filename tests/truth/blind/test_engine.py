@@ -206,6 +206,29 @@ def test_a_length_that_fits_far_off_the_data_sheet_is_wrong_though_all_residuals
     assert verdict.what_would_separate.startswith("the fitted length of the string lies")
 
 
+@pytest.mark.parametrize(
+    ("wrong", "expected"),
+    [
+        (("inertia_td",), ("none", "")),
+        (("inertia_td", "polar_moment", "delay", "proportional", "integral"), ("unknown", "data sheet")),
+    ],
+)
+def test_values_off_together_are_wrong_though_no_cause_explains_them(
+    wrong: tuple[str, ...], expected: tuple[str, str]
+) -> None:
+    """One may belong to another rig."""
+    case = plain_case(903, 1)[0]
+    sheet = case.data_sheet
+    gains = {name: 1.8 * value for name, value in vars(sheet.controller).items() if name in wrong}
+    others = {name: 1.8 * value for name, value in vars(sheet).items() if name in wrong}
+    stated = replace(sheet, controller=replace(sheet.controller, **gains), **others)
+    causes = [CATALOGUE[name] for name in ("drive_lag", "clock_offset", "extra_section", "mud_drag", "length_growth")]
+    found = examine(replace(evidence_of(case), data_sheet=stated), catalogue=causes, error_rate=ERROR_RATE)
+    (verdict,) = found.verdicts
+    assert (verdict.verdict, verdict.family) == expected
+    assert found.base.chi2 < 1.1 * found.model.measured.residuals
+
+
 @pytest.mark.parametrize("name", ["clock_offset", "wave_speed"])
 def test_a_length_or_clock_within_four_tolerances_is_no_cause(name: str) -> None:
     """As one tolerance in ten is understated, a value lies so far off as often as a cause is there."""

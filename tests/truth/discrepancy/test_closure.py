@@ -69,5 +69,5 @@ def test_a_ripple_of_the_wall_is_unknown_however_much_a_cause_explains() -> None
 
 
 def test_a_slight_ripple_that_reflects_within_a_narrow_band_is_seen_along_the_pipe() -> None:
-    verdict = verdict_on(0.05)
+    verdict = verdict_on(0.1)
     assert (verdict.verdict, verdict.family) == (UNKNOWN, ALONG_PIPE)

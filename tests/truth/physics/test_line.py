@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
-from drillid.physics.line import chain_matrix, input_admittance, input_impedance, profile_slopes, propagation, speed_ratio
+from drillid.physics.line import (
+    chain_matrix,
+    input_admittance,
+    input_impedance,
+    profile_slopes,
+    propagation,
+    speed_ratio,
+)
 from drillid.physics.lumped import ladder_input_admittance
 from drillid.physics.responses import bit_mobility, laplace, string_admittance
 from drillid.physics.time_responses import bit_step_response
