@@ -82,10 +82,10 @@ FIGURES = {
     ),
     "evidence": FigureText(
         "Evidence for every cause",
-        "Log Bayes factor of each cause of the catalogue, and of an unknown one: a disturbance at a port, or "
-        "data sheets that do not fit; for the three most informative sets of windows. Above zero the data favour it, "
-        "and 5 is strong; beyond 10 the axis is logarithmic. Bars end at −10. A cause that a channel cannot show was "
-        "not tested on it.",
+        "Log Bayes factor of each cause of the catalogue, and of an unknown one: a disturbance at a port or "
+        "along the pipe, or data sheets that do not fit; for the three most informative sets of windows. Above zero "
+        "the data favour it, and 5 is strong; beyond 10 the axis is logarithmic. Bars end at −10. A cause that a "
+        "channel cannot show was not tested on it.",
     ),
     "distinguishability": FigureText(
         "Which causes these data distinguish",
