@@ -77,6 +77,8 @@ def examine(
     examination = _by_responses(evidence, begun, causes, generator, error_rate * RESPONSES_SHARE)
     threshold = error_rate * DETECTIONS_SHARE / max(len(detections), 1)
     detected = [detection for detection in detections if detection.p_value < threshold]
+    if not examination.verdicts:
+        examination = _with_makers(examination, detected, causes, generator)
     return at_even_odds(combine_with_detections(examination, detected, error_rate))
 
 
@@ -129,6 +131,24 @@ def _by_responses(
         chance = chance_of_evidence(begun.model, begun.base, causes, likeliest.evidence, generator)
         p_value = min(p_value, chance * RESPONSES_SHARE / DATA_SHEET_SHARE)
     return replace(found if p_value < rate else begun, p_value=p_value)
+
+
+def _with_makers(
+    examination: Examination, detected: list[PooledDetection], causes: list[Cause], generator: np.random.Generator
+) -> Examination:
+    """The examination of responses that show no misfit by themselves, with another cause in place of a detected one where
+    they tell it from that: it would make the same detection, and has none of its own.
+    """
+    for own in [CATALOGUE[detection.cause] for detection in detected if detection.cause in CATALOGUE]:
+        makers = [cause for cause in causes if cause.is_linear and cause.detector is None and not cause.allows(own)]
+        if not (makers and own.is_linear):
+            continue
+        few, parts = [own, *makers], (examination.model, examination.base, examination.detections)
+        begun = _begun(*parts, few, generator, examination.base_rates)
+        found = explain_responses(begun, likeliest_cause(begun, few), few, generator)
+        if found.extensions and not any(own.name in verdict.members for verdict in found.verdicts):
+            return replace(found, before=examination.before, p_value=examination.p_value)
+    return examination
 
 
 def _at_lower_base(

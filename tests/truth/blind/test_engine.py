@@ -152,6 +152,16 @@ def test_what_looks_like_jitter_counts_for_a_held_record_alike(interval: float) 
     assert verdict.size_low <= interval <= verdict.size_high
 
 
+def test_a_held_record_whose_responses_show_no_misfit_is_no_jitter() -> None:
+    held = Hidden("sample_and_hold", 0.01, 0.22)
+    case = replace(other_plain_case(580121)[0], hidden=(held,))
+    found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
+    assert found.p_value > ERROR_RATE
+    (verdict,) = found.verdicts
+    assert verdict.verdict == "sample_and_hold"
+    assert verdict.size_low <= held.size <= verdict.size_high
+
+
 def test_a_bit_that_never_stands_has_no_stick_slip() -> None:
     case = replace(plain_case(1, 1)[0], hidden=(Hidden("stuck_slip_regimes", 0.6, 0.5),))
     ideal = Ideals(np.nan, np.nan, np.nan, np.nan, 30.0, (("stuck_slip_regimes",),))
