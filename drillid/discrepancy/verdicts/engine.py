@@ -136,8 +136,8 @@ def _by_responses(
 def _with_makers(
     examination: Examination, detected: list[PooledDetection], causes: list[Cause], generator: np.random.Generator
 ) -> Examination:
-    """The examination of responses that show no misfit by themselves, with another cause in place of a detected one where
-    they tell it from that: it would make the same detection, and has none of its own.
+    """The examination of responses that show no misfit by themselves, with another cause in place of a detected one
+    where they tell the two apart: it would make the same detection, and has none of its own.
     """
     for own in [CATALOGUE[detection.cause] for detection in detected if detection.cause in CATALOGUE]:
         makers = [cause for cause in causes if cause.is_linear and cause.detector is None and not cause.allows(own)]
