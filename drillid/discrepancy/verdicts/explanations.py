@@ -82,8 +82,9 @@ def _refuted(examination: Examination, cause: str) -> bool:
 def _with_own_detections(
     fitted_causes: list[FittedCause], detections: tuple[PooledDetection, ...]
 ) -> list[FittedCause]:
-    """Causes with the evidence of their own detections added, for or against; a cause without one gets that of another
-    cause's detection which it would explain as well.
+    """Causes with the evidence of their own detections added, for or against; a cause without one gets that for another
+    cause's detection which it would explain as well. It need not show there: images of a held record may lie above the
+    band.
     """
     found = {detection.cause: detection for detection in detections if detection.cause in CATALOGUE}
     own = {
@@ -93,7 +94,7 @@ def _with_own_detections(
     }
     added = {
         fit.name: max(
-            (evidence for name, evidence in own.items() if not CATALOGUE[fit.name].allows(CATALOGUE[name])), default=0.0
+            (0.0, *(evidence for name, evidence in own.items() if not CATALOGUE[fit.name].allows(CATALOGUE[name])))
         )
         for fit in fitted_causes
     }

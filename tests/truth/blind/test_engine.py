@@ -162,6 +162,16 @@ def test_a_held_record_whose_responses_show_no_misfit_is_no_jitter() -> None:
     assert verdict.size_low <= held.size <= verdict.size_high
 
 
+def test_a_held_record_whose_images_lie_above_the_band_is_not_denied_for_lack_of_jitter() -> None:
+    held = Hidden("sample_and_hold", 0.055, 0.64)
+    found = examine(evidence_of(replace(other_plain_case(580088)[0], hidden=(held,))), error_rate=ERROR_RATE)
+    (verdict,) = found.verdicts
+    assert verdict.verdict == "sample_and_hold"
+    assert verdict.size_low <= held.size <= verdict.size_high
+    (jitter,) = (detection for detection in found.detections if detection.cause == "delay_jitter")
+    assert jitter.evidence_for(held.size**2 / 12) < 0
+
+
 def test_a_bit_that_never_stands_has_no_stick_slip() -> None:
     case = replace(plain_case(1, 1)[0], hidden=(Hidden("stuck_slip_regimes", 0.6, 0.5),))
     ideal = Ideals(np.nan, np.nan, np.nan, np.nan, 30.0, (("stuck_slip_regimes",),))
