@@ -1,10 +1,12 @@
 """What a cause leaves must be noise, however much it explains: a string that no catalogue holds, from the simulator."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from drillid.config.settings import Settings
+from drillid.discrepancy.catalogue import CATALOGUE, Cause
 from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
 from drillid.discrepancy.inference.unknown import ALONG_PIPE
@@ -28,8 +30,8 @@ def rippled(pipe: Section, ripple: float) -> tuple[Section, ...]:
     return tuple(replace(pipe, length=PIECE, polar_moment=float(moment)) for moment in moments)
 
 
-def verdict_on(ripple: float) -> Verdict:
-    """The only verdict on a window of ten minutes."""
+def verdict_on(ripple: float, causes: Sequence[Cause] | None = None) -> Verdict:
+    """The only verdict on a window of ten minutes, given all causes or some."""
     steps = round((LEAD_IN_S + WINDOW_S) / STEP)
     noise = coloured_noise(np.random.default_rng(3), steps, STEP, NOISE, 2.0)
     result = simulate(
@@ -58,7 +60,7 @@ def verdict_on(ripple: float) -> Verdict:
         length_relative=0.02,
         control_interval=SAMPLE_INTERVAL / 8,
     )
-    (verdict,) = examine(gather([window], RATE, points, sheet, Settings())).verdicts
+    (verdict,) = examine(gather([window], RATE, points, sheet, Settings()), catalogue=causes).verdicts
     return verdict
 
 
@@ -69,5 +71,6 @@ def test_a_ripple_of_the_wall_is_unknown_however_much_a_cause_explains() -> None
 
 
 def test_a_slight_ripple_that_reflects_within_a_narrow_band_is_seen_along_the_pipe() -> None:
-    verdict = verdict_on(0.1)
+    along = ("extra_section", "tapered_string", "local_damping_zone", "distributed_bha", "wave_speed")
+    verdict = verdict_on(0.1, [CATALOGUE[name] for name in along])
     assert (verdict.verdict, verdict.family) == (UNKNOWN, ALONG_PIPE)
