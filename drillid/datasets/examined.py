@@ -52,7 +52,7 @@ EXAMINATIONS = DatasetSchema(
         "key": row_key("set"),
         "cause": Variable(("cause",), "str", "", "cause of the catalogue"),
         "cause_": Variable(("cause_",), "str", "", "second axis of the distinguishability matrix"),
-        "port": Variable(("port",), "str", "", "where an unknown disturbance may act: ports, the pipe, and data sheets"),
+        "port": Variable(("port",), "str", "", "where an unknown disturbance may act: ports, pipe and data sheets"),
         "parameter": Variable(("parameter",), "str", "", "parameter of the transmission-line model"),
         "coordinate": Variable(
             ("coordinate",), "str", "", "coordinate that describes a window before causes are added"
