@@ -88,15 +88,20 @@ def input_impedance(section: Section, load: Complex, s: Complex) -> Complex:
     return impedance
 
 
+def _attenuating(section: Section, s: Complex) -> tuple[Complex, Complex]:
+    """γ and Y₀ on the branch on which waves decay along the line: both negated where it amplifies them (Re γ < 0)."""
+    gamma, characteristic = propagation(section, s)
+    branch = np.where(primal(gamma).real < 0, -1.0, 1.0)
+    return branch * gamma, branch * characteristic
+
+
 def speed_ratio(section: Section, load: Complex, s: Complex) -> Complex:
     """Speed at the end that carries `load` per speed at the other: 1/(cosh γL + Y_L/Y₀ sinh γL), without overflow.
 
-    The ratio is even in (γ, Y₀); both are negated where a line amplifies its waves (Re γ < 0).
+    The ratio is even in (γ, Y₀): either branch gives it.
     """
-    gamma, characteristic = propagation(section, s)
-    root = np.where(primal(gamma).real < 0, -1.0, 1.0)
-    decay = np.exp(-root * gamma * section.length)
-    relative = root * load / characteristic
+    gamma, characteristic = _attenuating(section, s)
+    decay, relative = np.exp(-gamma * section.length), load / characteristic
     ratio: Complex = 2 * decay / (1 + relative + (1 - relative) * np.square(decay))
     return ratio
 
@@ -117,9 +122,7 @@ def profile_slopes(section: Section, load: Complex, s: Complex, periods: int) ->
     -------
     slopes : (..., 2 periods, F) for cosines of 1, 2 … periods from the upper end, then for sines
     """
-    gamma, characteristic = propagation(section, s)
-    root = np.where(gamma.real < 0, -1.0, 1.0)
-    gamma, characteristic = root * gamma, root * characteristic
+    gamma, characteristic = _attenuating(section, s)
     reflection, decay = (characteristic - load) / (characteristic + load), np.exp(-2 * gamma * section.length)
     echo = (reflection**2 * decay)[..., None, :]
     wave_number = 2j * np.pi * np.arange(1, periods + 1)[:, None] / np.asarray(section.length)[..., None]

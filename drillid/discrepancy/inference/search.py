@@ -19,7 +19,6 @@ from drillid.discrepancy.rules import (
     OBVIOUS_MISFIT,
     OUT_OF_REACH,
     REJECTED_CHI2,
-    REJECTED_PULLS,
     SHAPE_RESOLVED,
     SHAPES_WITHIN,
     WIDE_PRIOR,
@@ -58,11 +57,6 @@ class FittedCause:
         return self.extension.cause.size.at_bound(float(self.fit.point.sizes[-1]))
 
 
-def base_model_rejected(model: SetModel, base: SetFit) -> bool:
-    """Whether the base model is so wrong that a linearisation about it is not valid."""
-    return base.data_sheet_cost > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * model.measured.residuals
-
-
 def search(
     model: SetModel,
     base: SetFit,
@@ -77,9 +71,8 @@ def search(
     """Fit the causes that may explain the misfit; best evidence first.
 
     The linear evidence orders them well where causes are small. Where the misfit is obvious, as where the base model
-    is `rejected`, or `all_causes` are wanted, all are fitted at their likeliest shapes, from several sizes and from the
-    data sheets as well, since a large cause may act by its non-linear part and bias the base fit; those that come near
-    the best are then fitted at more shapes.
+    is `rejected`, or `all_causes` are wanted, all are fitted at their likeliest shapes from several sizes, as a large
+    cause may act by its non-linear part; those that come near the best are then fitted at more shapes.
 
     Parameters
     ----------
@@ -92,7 +85,7 @@ def search(
     taken = {extension.cause.name for extension in extensions}
     near_best = [name for name, value in linear.items() if all_causes or value >= best - FOLLOWED_WITHIN]
     names = [name for name in near_best if name not in taken]
-    fitter = _CauseFitter(model, base, extensions, several_starts=all_causes)
+    fitter = _CauseFitter(model, base, extensions, several_starts=all_causes, from_data_sheets=rejected)
     fitted: list[FittedCause] = []
     for name in sorted(names, key=lambda name: -linear[name]):
         fitted.append(fitter.best_shape(_first_shapes(screened, name, obvious), _least_cost(fitted)))
@@ -157,8 +150,10 @@ class _CauseFitter:
     base: SetFit
     extensions: tuple[Extension, ...]
     several_starts: bool
-    """Whether fits also start from usual sizes, and not only from size zero; where the base model is rejected from the
-    data sheets too, as it may have taken the cause for anything else.
+    """Whether fits also start from usual sizes, and not only from size zero."""
+    from_data_sheets: bool = False
+    """Whether they do so at the data sheets too, as a base model that is rejected may have taken the cause for anything
+    else.
     """
     known: dict[tuple[str, float], FittedCause] = field(default_factory=dict)
     """Fits so far, by cause and shape."""
@@ -258,8 +253,8 @@ class _CauseFitter:
             return near
         starts = (size.typical, large if size.low >= 0 else -size.typical)
         sizes = {float(np.clip(start, size.low, size.high)) for start in starts}
-        rejected = base_model_rejected(self.model, self.base)
-        points = [*near, *self._sized([self.base.point, *([self.model.expected()] if rejected else [])], sizes)]
+        origins = [self.base.point, self.model.expected()] if self.from_data_sheets else [self.base.point]
+        points = [*near, *self._sized(origins, sizes)]
         if size.low < 0 and self.base.chi2 > REJECTED_CHI2 * self.model.measured.residuals:
             # so wrong a base model says nothing of the rest of the rig
             both = {float(np.clip(sign * large, size.low, size.high)) for sign in (-1, 1)}

@@ -19,7 +19,7 @@ from drillid.discrepancy.inference.base_fit import (
 )
 from drillid.discrepancy.inference.far_off_data_sheet import chance_of_evidence
 from drillid.discrepancy.inference.screen import Screen, screen
-from drillid.discrepancy.inference.search import FittedCause, base_model_rejected
+from drillid.discrepancy.inference.search import FittedCause
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, evidence_off_data_sheet
@@ -33,7 +33,7 @@ from drillid.discrepancy.rules import (
     SHAPE_RESOLVED,
 )
 from drillid.discrepancy.verdicts.examination import Examination, unextended
-from drillid.discrepancy.verdicts.explanations import Likeliest, likeliest_cause
+from drillid.discrepancy.verdicts.explanations import Likeliest, base_model_rejected, likeliest_cause
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
 from drillid.discrepancy.verdicts.from_responses import explain_responses
 from drillid.discrepancy.verdicts.verdict import NONE, Verdict, calibrated

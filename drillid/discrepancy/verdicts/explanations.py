@@ -8,13 +8,14 @@ from drillid.discrepancy.catalogue import CATALOGUE, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection
 from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.screen import Screen, screen
-from drillid.discrepancy.inference.search import FittedCause, at_best_shape, base_model_rejected, search
+from drillid.discrepancy.inference.search import FittedCause, at_best_shape, search
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import (
     CLOSURE_RATE,
     LEFT_UNEXPLAINED,
     PAIR_FIRST_WITHIN,
+    REJECTED_CHI2,
     REJECTED_PULLS,
     SHAPE_RESOLVED,
 )
@@ -77,6 +78,11 @@ def _refuted(examination: Examination, cause: str) -> bool:
         detection.cause == cause and detection.log_evidence > 0 and detection.closure < CLOSURE_RATE
         for detection in examination.detections
     )
+
+
+def base_model_rejected(model: SetModel, base: SetFit) -> bool:
+    """Whether the base model is so wrong that a linearisation about it is not valid."""
+    return base.data_sheet_cost > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * model.measured.residuals
 
 
 def _with_own_detections(
