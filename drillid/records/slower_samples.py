@@ -18,6 +18,17 @@ _DEGREE = 5
 """Degree of the spline through the samples; at a fifth of their rate its gain is right to 1e-4."""
 
 
+class Samples(NamedTuple):
+    """Samples that a record's rows show."""
+
+    places: Floats
+    """(sample,), in rows."""
+    channels: Floats
+    """(channel, sample), the finite channels."""
+    interval: float
+    """Interval between the control's samples, rows."""
+
+
 class Released(NamedTuple):
     """Channels on smooth curves through the samples that their rows show."""
 
@@ -25,6 +36,8 @@ class Released(NamedTuple):
     """(channel, time); unchanged where the rows are even."""
     interval: float
     """Interval between the control's samples, s; NaN where the rows do not show it."""
+    samples: Samples | None = None
+    """The samples themselves; None where the rows do not show them."""
 
 
 def released(channels: Floats, rate: float) -> Released:
@@ -39,41 +52,32 @@ def released(channels: Floats, rate: float) -> Released:
     rate : rows per second
     """
     finite = np.isfinite(channels).all(axis=1)
-    found = _right(channels[finite]) if finite.any() else None
+    if not finite.any():
+        return Released(channels, float("nan"))
+    shown = _samples(channels[finite])
+    found = off_their_lines(channels[finite]) if shown is None else (_curves(shown, channels.shape[1]), shown.interval)
     if found is None:
         return Released(channels, float("nan"))
     smooth = channels.copy()
     smooth[finite], interval = found
-    return Released(smooth, interval / rate)
+    return Released(smooth, interval / rate, shown)
 
 
-def _right(channels: Floats) -> tuple[Floats, float] | None:
-    """Corrected channels (channel, time), and the control's interval in rows; None where nothing is to be corrected."""
-    shown = _samples(channels)
-    if shown is None:
-        return off_their_lines(channels)
-    spline = make_interp_spline(shown.places, shown.samples, k=_DEGREE, axis=1)
-    return np.asarray(spline(np.arange(channels.shape[1])), dtype=float), shown.interval
+def _curves(shown: Samples, rows: int) -> Floats:
+    """Channels (channel, rows) on a smooth curve through their samples."""
+    spline = make_interp_spline(shown.places, shown.channels, k=_DEGREE, axis=1)
+    return np.asarray(spline(np.arange(rows)), dtype=float)
 
 
-class _Samples(NamedTuple):
-    places: Floats
-    """(sample,), in rows."""
-    samples: Floats
-    """(channel, sample)."""
-    interval: float
-    """Interval between the control's samples, rows."""
-
-
-def _samples(channels: Floats) -> _Samples | None:
+def _samples(channels: Floats) -> Samples | None:
     """The samples that the rows hold, or between which they lie on lines; None where the rows show no samples."""
     held = held_samples(channels)
     if held is not None:
         places, rows = held
-        return _Samples(places, channels[:, rows], float(np.median(np.diff(places))))
+        return Samples(places, channels[:, rows], float(np.median(np.diff(places))))
     on_lines = line_samples(channels)
     if on_lines is not None:
         places, samples = on_lines
-        return _Samples(places, samples, float(np.median(np.diff(places))))
+        return Samples(places, samples, float(np.median(np.diff(places))))
     aged = aged_samples(channels)
-    return None if aged is None else _Samples(aged[0], channels, aged[1])
+    return None if aged is None else Samples(aged[0], channels, aged[1])

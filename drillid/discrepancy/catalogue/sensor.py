@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
+from drillid.discrepancy.detectors.held_speed import SampleAndHoldDetector
 from drillid.discrepancy.detectors.recorder import ClockDriftDetector, QuantisationDetector, RevolutionDetector
 from drillid.discrepancy.detectors.tone import ToneDetector
 
@@ -102,6 +103,7 @@ class SampleAndHold(Cause):
     separated_by = "the logged torque command, or a sweep to higher frequency"
     action = "If there is none, write the interval into the rig's data sheet."
     size = Size("interval", "s", 0.03, 0.0, 0.5)
+    detector = SampleAndHoldDetector()
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint

@@ -19,7 +19,7 @@ from drillid.physics.equipment import DrillingSystem
 from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace
 from drillid.physics.top_drive import control, drive
 from drillid.records.roughness import HELD, Roughness
-from drillid.records.slower_samples import released
+from drillid.records.slower_samples import Samples, released
 from drillid.spectra.periodic import whole_periods
 
 _BAND = (0.02, 10.0)
@@ -71,6 +71,8 @@ class WindowRecord:
     """Controller and collars held fixed in that fit."""
     sample_rate: float = np.inf
     """Samples of the control per s; infinite where the rows do not show them."""
+    samples: Samples | None = None
+    """Samples through which sweep, speed and command, where it is logged, are curves; None where they are the rows."""
 
     def __post_init__(self) -> None:
         if not self.sweep.shape == self.speed.shape == self.command.shape or self.sweep.ndim != 1:
@@ -81,11 +83,13 @@ class WindowRecord:
     def released(self) -> "WindowRecord":
         """The record with its rows' samples on smooth curves; itself where the rows are even."""
         channels = np.stack([self.sweep, self.speed, self.command])
-        smooth, interval = released(channels, self.rate)
-        if np.isnan(interval):
+        smooth = released(channels, self.rate)
+        if np.isnan(smooth.interval):
             return self
-        sweep, speed, command = smooth
-        return replace(self, sweep=sweep, speed=speed, command=command, sample_rate=1 / interval)
+        sweep, speed, command = smooth.channels
+        return replace(
+            self, sweep=sweep, speed=speed, command=command, sample_rate=1 / smooth.interval, samples=smooth.samples
+        )
 
     @property
     def has_command(self) -> bool:

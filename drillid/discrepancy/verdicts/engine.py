@@ -139,8 +139,9 @@ def _with_makers(
     """The examination of responses that show no misfit by themselves, with another cause in place of a detected one
     where they tell the two apart: it would make the same detection, and has none of its own.
     """
-    for own in [CATALOGUE[detection.cause] for detection in detected if detection.cause in CATALOGUE]:
-        makers = [cause for cause in causes if cause.is_linear and cause.detector is None and not cause.allows(own)]
+    shown = [CATALOGUE[detection.cause] for detection in detected if detection.cause in CATALOGUE]
+    for own in shown:
+        makers = [cause for cause in causes if cause.is_linear and cause not in shown and not cause.allows(own)]
         if not (makers and own.is_linear):
             continue
         few, parts = [own, *makers], (examination.model, examination.base, examination.detections)

@@ -88,9 +88,9 @@ def base_model_rejected(model: SetModel, base: SetFit) -> bool:
 def _with_own_detections(
     fitted_causes: list[FittedCause], detections: tuple[PooledDetection, ...]
 ) -> list[FittedCause]:
-    """Causes with the evidence of their own detections added, for or against; a cause without one gets that for another
-    cause's detection which it would explain as well. It need not show there: images of a held record may lie above the
-    band.
+    """Causes with the evidence of their own detections added, for or against; a cause without one in its favour gets
+    that for another cause's detection which it would explain as well. It need not show there: images of a held record
+    may lie above the band.
     """
     found = {detection.cause: detection for detection in detections if detection.cause in CATALOGUE}
     own = {
@@ -104,18 +104,19 @@ def _with_own_detections(
         )
         for fit in fitted_causes
     }
-    return [replace(fit, log_evidence=fit.log_evidence + (added | own)[fit.name]) for fit in fitted_causes]
+    evidence = {name: own[name] if own.get(name, 0.0) > 0 else own.get(name, 0.0) + added[name] for name in added}
+    return [replace(fit, log_evidence=fit.log_evidence + evidence[fit.name]) for fit in fitted_causes]
 
 
 def own_detection(cause: str, detections: tuple[PooledDetection, ...]) -> str:
-    """The cause whose detection counts for a cause: itself, or where it has none the strongest that it would explain as
-    well; empty without any.
+    """The cause whose detection counts for a cause: itself, or where it has none in its favour the strongest that it
+    would explain as well; empty without any.
     """
     found = {detection.cause: detection.log_evidence for detection in detections if detection.cause in CATALOGUE}
-    if cause in found:
+    if found.get(cause, 0.0) > 0:
         return cause
     explained = [name for name in found if not CATALOGUE[cause].allows(CATALOGUE[name]) and found[name] > 0]
-    return max(explained, key=lambda name: found[name], default="")
+    return max(explained, key=lambda name: found[name], default=cause if cause in found else "")
 
 
 def total_evidence(examination: Examination, chosen: Chosen) -> float:

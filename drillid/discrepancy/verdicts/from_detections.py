@@ -60,7 +60,9 @@ def combine_with_detections(
             if detection.p_value < error_rate * CLOSURE_RATE / len(examination.detections)
         ]
     # beside a strong cause a weak detection is more likely a side effect of it than a second cause
-    least = SHADOW_OF_DETECTION * max((detection.log_evidence for detection in chosen), default=0.0)
+    own = {own_detection(verdict.cause, examination.detections) for verdict in linear if verdict.cause}
+    strong = [*chosen, *(detection for detection in examination.detections if detection.cause in own)]
+    least = SHADOW_OF_DETECTION * max((detection.log_evidence for detection in strong), default=0.0)
     least = max(least, SHADOW_OF_EVIDENCE * (examination.base.cost - examination.extended.cost))
     chosen = [
         detection

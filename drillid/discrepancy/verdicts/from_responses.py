@@ -37,6 +37,7 @@ from drillid.discrepancy.verdicts.explanations import (
 )
 from drillid.discrepancy.verdicts.naming import Posterior, class_evidence, class_name, distinguishable, separator
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
+from drillid.statistics import TWO_SIDED
 
 
 def explain_responses(
@@ -180,15 +181,16 @@ def _location(result: Examination, place: int, members: tuple[str, ...]) -> floa
 
 def _size(result: Examination, place: int) -> tuple[float, float, float]:
     """Size of an extension and its interval; from its detection where it varies within the window, as the mean
-    response hardly determines it.
+    response hardly determines it, or where the detection determines it better.
     """
     cause, size = result.extensions[place].cause, float(result.extended.point.sizes[place])
     if cause.size.fixed:
         return size, size, size
-    own = [detection for detection in result.detections if detection.cause == cause.name]
-    if cause.time_varying and own and np.isfinite(own[0].size_error):
+    low, high = fitted_size_interval(result.extended, result.extensions, place)
+    own = [each for each in result.detections if each.cause == cause.name and np.isfinite(each.size_error)]
+    if own and (cause.time_varying or 2 * TWO_SIDED * own[0].size_error < high - low):
         return own[0].size, *size_interval(own[0].size, own[0].size_error, cause.size)
-    return size, *fitted_size_interval(result.extended, result.extensions, place)
+    return size, low, high
 
 
 def _members(

@@ -152,6 +152,17 @@ def test_what_looks_like_jitter_counts_for_a_held_record_alike(interval: float) 
     assert verdict.size_low <= interval <= verdict.size_high
 
 
+def test_what_images_of_a_held_record_resemble_is_no_second_cause() -> None:
+    held = Hidden("sample_and_hold", 0.0757742658584387, 0.7654680568085672)
+    found = examine(evidence_of(replace(other_plain_case(590054)[0], hidden=(held,))), error_rate=ERROR_RATE)
+    (verdict,) = found.verdicts
+    assert verdict.verdict == "sample_and_hold"
+    assert verdict.size == pytest.approx(held.size, rel=3e-4)
+    assert verdict.size_low <= held.size <= verdict.size_high
+    (limit,) = (detection for detection in found.detections if detection.cause == "torque_rate_limit")
+    assert limit.p_value < 1e-3
+
+
 def test_a_held_record_whose_responses_show_no_misfit_is_no_jitter() -> None:
     held = Hidden("sample_and_hold", 0.01, 0.22)
     case = replace(other_plain_case(580121)[0], hidden=(held,))
