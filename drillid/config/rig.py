@@ -255,7 +255,7 @@ class Collars(Tubular):
     """The drill collars of one bottom-hole assembly run."""
 
     length: PartLength
-    """Length of the collars."""
+    """Length of the collars; a hole that is no deeper has no pipe, and gives no windows."""
     from_depth: Depth = 0.0
     """Bit depth at which this assembly starts to drill."""
 

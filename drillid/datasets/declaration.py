@@ -50,7 +50,8 @@ class DatasetSchema:
         Raises
         ------
         DatasetError
-            If a variable is missing, undeclared or has dimensions other than declared.
+            If a variable is missing, undeclared or has dimensions other than declared, or values that its declared type
+            cannot hold, such as NaN as a whole number.
         """
         missing = self.variables.keys() - dataset.variables.keys()
         undeclared = dataset.variables.keys() - self.variables.keys()
@@ -74,12 +75,32 @@ class DatasetSchema:
                 )
             kept = {} if declared.dtype.startswith("datetime") else declared.attributes()
             kept = kept or {"long_name": declared.long_name}
-            columns[name] = (declared.dims, _cast(variable.values, declared.dtype), kept)
+            columns[name] = (declared.dims, self._cast(name, variable.values), kept)
         along = {name for name, declared in self.variables.items() if (name,) == declared.dims}
         chosen = along.union(self.coordinates, dataset.coords)
         coordinates = {name: columns.pop(name) for name in self.variables if name in chosen}
         described = {"Conventions": "CF-1.11", "title": self.title, "source": "drillid", **attributes}
         return xr.Dataset(columns, coordinates, described)
+
+    def _cast(self, name: str, values: Any) -> np.ndarray[Any, Any]:
+        """Values of a variable in its declared dtype; text becomes objects, which zarr stores with variable length."""
+        dtype, found = self.variables[name].dtype, np.asarray(values)
+        if dtype == "str":
+            # zarr's variable-length strings cannot be cast to fixed-length ones directly
+            return found.astype(object).astype(str).astype(object)
+        if found.dtype.kind != "f" or np.dtype(dtype).kind not in "iub":
+            return found.astype(dtype)
+        # NaN becomes any number
+        with np.errstate(invalid="ignore"):
+            cast = found.astype(dtype)
+        lost = np.argwhere(cast != found)
+        if lost.size:
+            raise DatasetError(
+                f"{self.title}, variable {name}",
+                f"{found[tuple(lost[0])]} at {lost[0].tolist()} is no {dtype}, as which it is declared",
+                "Fill in what is missing, or declare a floating type in drillid/datasets",
+            )
+        return cast
 
     def empty(self) -> xr.Dataset:
         """The dataset without any row."""
@@ -90,14 +111,6 @@ class DatasetSchema:
             for name, declared in self.variables.items()
         }
         return self.conform(xr.Dataset(empty))
-
-
-def _cast(values: Any, dtype: str) -> np.ndarray[Any, Any]:
-    """Text becomes objects, which zarr stores with variable length."""
-    if dtype == "str":
-        # zarr's variable-length strings cannot be cast to fixed-length ones directly
-        return np.asarray(values).astype(object).astype(str).astype(object)
-    return np.asarray(values).astype(dtype)
 
 
 def each(dims: tuple[str, ...], dtype: str = "float64", **variables: tuple[str, str]) -> dict[str, Variable]:

@@ -59,7 +59,7 @@ STAGES: dict[str, Stage] = {
     stage.name: stage
     for stage in (
         Stage("records", (), ("records",), ("time", "channels", "file", "other_logs")),
-        Stage("windows", (_RECORDS, ("records", "logs")), ("windows",), ()),
+        Stage("windows", (_RECORDS, ("records", "logs")), ("windows",), ("collars",)),
         Stage("spectra", (_RECORDS, _WINDOWS), ("spectra",), ()),
         Stage("mobility", (_SPECTRA,), ("mobility",), ()),
         Stage("fits", (_WINDOWS, _SPECTRA, *_MOBILITY), ("fits",), _DATA_SHEET),

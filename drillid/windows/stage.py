@@ -33,12 +33,13 @@ from drillid.windows.segments import (
 
 if TYPE_CHECKING:
     from drillid.config.listing import Well
+    from drillid.config.rig import Rig
     from drillid.config.settings import Settings, WindowsSettings
 
 
 _STATE_CHANNELS = (*NEEDED, "bit_depth", "weight_on_bit", "flow")
 _PLACE = ("first_sample", "samples")
-_REMAINDER, _REPAIRED, _USED = range(3)
+_REMAINDER, _REPAIRED, _SHALLOW, _USED = range(4)
 _OF_WINDOW = ["hole_depth", "bit_depth", "weight_on_bit", "flow", "standpipe_pressure", *CHANNELS, "flags", "time"]
 _BLOCK = 250_000
 """Number of samples in memory at once, except for a window that is longer."""
@@ -55,7 +56,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     windows: list[dict[str, Any]] = []
     for segment in joined(parts, rate):
         if segment.state is RigState.DRILLING and not segment.stuck:
-            divide = functools.partial(_divided, segment, records, rate, settings.windows)
+            divide = functools.partial(_divided, segment, records, rate, well.rig, settings.windows)
             divided = memo.result(memo.key("segment", _samples_of(segment, logs), rate), divide)
             rows += [Segment.of(row, segment.first) for row in divided["rows"]]
             windows += [row | {"first_sample": segment.first + row["first_sample"]} for row in divided["windows"]]
@@ -115,10 +116,10 @@ def _samples_of(segment: Segment, logs: xr.Dataset) -> list[Any]:
     return [*map(str, logs["key"].values[begin : end + 1]), *ends]
 
 
-def _divided(segment: Segment, records: xr.Dataset, rate: float, settings: WindowsSettings) -> dict[str, Any]:
+def _divided(segment: Segment, records: xr.Dataset, rate: float, rig: Rig, settings: WindowsSettings) -> dict[str, Any]:
     """Parts and windows of a segment of drilling, their samples counted from its first."""
     rows, windows = [], []
-    for row, places in _windows_of(segment, records, rate, settings):
+    for row, places in _windows_of(segment, records, rate, rig, settings):
         rows.append(row.content(segment.first))
         windows += [_window(block, *place, rate) for block, place in _loaded(records, places)]
     return {
@@ -128,7 +129,7 @@ def _divided(segment: Segment, records: xr.Dataset, rate: float, settings: Windo
 
 
 def _windows_of(
-    segment: Segment, records: xr.Dataset, rate: float, settings: WindowsSettings
+    segment: Segment, records: xr.Dataset, rate: float, rig: Rig, settings: WindowsSettings
 ) -> Iterator[tuple[Segment, list[tuple[int, int]]]]:
     """Parts of one segment of drilling, each with first sample and length of its windows."""
     part = (
@@ -144,14 +145,16 @@ def _windows_of(
             without_holes(part["speed"].values.astype(float)), round(_STEADY_S * rate), mode="nearest"
         )
     repaired = (part["flags"].values & np.uint8(RecordFlag.INTERPOLATED | RecordFlag.SPIKE)) > 0
+    depth = part["hole_depth"].values
     length = max(1, round(settings.length_s * rate))
     shortest = max(round(settings.shortest_share * length), 1)
     parts = steady_parts(set_point, settings.steady_rpm * np.pi / 30)
     for low, high in parts:
         places = [(low + start, size) for start, size in window_places(high - low, length, shortest, settings.overlap)]
-        good = [place for place in places if np.mean(repaired[place[0] : sum(place)]) <= settings.flagged_share]
+        whole = [place for place in places if np.mean(repaired[place[0] : sum(place)]) <= settings.flagged_share]
+        good = [place for place in whole if not _without_pipe(rig, _mean(depth[place[0] : sum(place)]))]
         label = np.full(high - low, _REMAINDER)
-        for chosen, value in ((places, _REPAIRED), (good, _USED)):
+        for chosen, value in ((places, _REPAIRED), (whole, _SHALLOW), (good, _USED)):
             for start, size in chosen:
                 label[start - low : start - low + size] = value
         edges = [0, *(np.flatnonzero(np.diff(label)) + 1).tolist(), high - low]
@@ -159,9 +162,19 @@ def _windows_of(
             kind = int(label[first - low])
             inside = [(segment.first + start, size) for start, size in good if kind == _USED and first <= start < stop]
             reason = _reason(kind, (stop - first) / rate, float(np.mean(repaired[first:stop])), settings)
+            if kind == _SHALLOW:
+                reason = _without_pipe(rig, _mean(depth[first:stop]))
             if kind == _REMAINDER and len(parts) > 1:
                 reason += "; the set point of the speed changed"
             yield cut(segment, part, first, stop, rate, len(inside), reason), inside
+
+
+def _without_pipe(rig: Rig, depth: float) -> str:
+    """Why no string of pipe and collars is in a hole of some depth, m; empty where there is one."""
+    collars = rig.collars_at(depth)
+    if collars is None or collars.length < depth:
+        return ""
+    return f"the drill collars are stated as {collars.length:.1f} m long in a hole of {depth:.1f} m: there is no pipe"
 
 
 def _reason(label: int, seconds: float, share: float, settings: WindowsSettings) -> str:

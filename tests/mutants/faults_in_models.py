@@ -76,6 +76,14 @@ IN_MODELS = (
         "two looks at the price of one: too many false alarms",
     ),
     Fault(
+        "discrepancy/detectors",
+        "drillid/discrepancy/detectors/held_speed.py",
+        "np.exp(2j * np.pi * _numbers(interval)",
+        "np.exp(-2j * np.pi * _numbers(interval)",
+        ("tests/truth/discrepancy/test_held_speed.py",),
+        "sign: images on the other side of the sweep, so that a held speed is not seen",
+    ),
+    Fault(
         "discrepancy/inference",
         "drillid/discrepancy/inference/control_errors.py",
         "rough - of_noise, 0.0)",

@@ -77,8 +77,6 @@ class Held:
     """s."""
     between: float
     """s, interval of a control between whose samples rows lie on lines; 0 where they do not."""
-    phase: float
-    """rad, of the first images."""
     log_ratio: float
     """Log-likelihood ratio against rows with samples of their own."""
     amplitude: float
@@ -117,7 +115,7 @@ class HeldSpeed:
     @cached_property
     def likeliest(self) -> Held | None:
         """The likeliest interval; None where its images are not in the record, or not as large as it makes them."""
-        if self.log_evidence <= 0:
+        if not self.log_evidence > 0:
             return None
         roughly = [self._examined(interval, 0.0) for interval in self._likely()]
         roughly.sort(key=lambda held: -held.log_ratio)
@@ -208,22 +206,23 @@ class HeldSpeed:
     def _examined(self, interval: float, between: float) -> Held:
         """A record against the images of an interval at their best phase."""
         images = self._images(interval, between)
-        products = images * self._weighted
-        lines = fft(images * self._taper)
-        energy = np.sum(np.abs(lines) ** 2 * self._weight, axis=1) / self._time.size
         phases = 2 * np.pi * np.arange(_PHASES) / _PHASES
         turned = np.exp(-1j * np.multiply.outer(phases, _numbers(interval)))
-        matched = 2 * (turned @ products.sum(axis=1)).real
+        matched = 2 * (turned @ (images @ self._weighted)).real
         best = int(np.argmax(matched))
-        total, explained = float(matched[best]), 2 * float(energy.sum())
-        amplitude = total / explained
-        parts = np.array_split(2 * (turned[best] @ products).real, _BLOCKS)
-        shares = np.array_split(np.sum(np.abs(images * self._taper) ** 2, axis=0), _BLOCKS)
-        scatter = np.array([part.sum() for part in parts]) - total * np.array([part.sum() for part in shares]) / np.sum(
-            [part.sum() for part in shares]
+        tapered = images * self._taper
+        energy = 2 * float(np.sum(np.abs(fft(tapered)) ** 2 * self._weight)) / self._time.size
+        starts = np.linspace(0, self._time.size, _BLOCKS, endpoint=False).astype(int)
+        parts = np.add.reduceat(2 * (turned[best] @ images).real * self._weighted, starts)
+        shares = np.add.reduceat(np.sum(np.abs(tapered) ** 2, axis=0), starts)
+        scatter = parts - matched[best] * shares / shares.sum()
+        return Held(
+            interval,
+            between,
+            log_ratio=float(matched[best]) - energy / 2,
+            amplitude=float(matched[best]) / energy,
+            amplitude_error=float(np.sqrt(np.sum(scatter**2))) / energy,
         )
-        error = float(np.sqrt(np.sum(scatter**2))) / explained
-        return Held(interval, between, float(phases[best]), total - explained / 2, amplitude, error)
 
     def _images(self, interval: float, between: float) -> Complex:
         """Images (image, sample) of the repeated speed in the samples that the rows show, less what of them repeats

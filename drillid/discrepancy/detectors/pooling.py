@@ -36,17 +36,23 @@ class PooledDetection:
     """Standard deviations, over all windows, between the records predicted by this and by the other course of the same
     parameter."""
 
-    def evidence_for(self, size: float) -> float:
-        """Log-likelihood ratio of the detections for the size found in the linear responses, against size zero.
+    def evidence_for(self, size: float, size_error: float = 0.0) -> float:
+        """Log-likelihood ratio of the detections for the size found in the linear responses, against size zero: at the
+        likeliest size by both, less what the responses lose there.
 
         In favour it is bounded by the evidence of the p-value, against by LARGEST_COUNTEREVIDENCE. Where the law of the
         cause is not known, the share of its size that the detections show is the likeliest.
+
+        Parameters
+        ----------
+        size_error : of the size found in the linear responses
         """
         if not (np.isfinite(self.size_error) and self.size_error > 0):
             return self.log_evidence
         low, high = sorted((_detector(self.cause).least_shown * size, size))
         shown = float(np.clip(self.size, low, high))
-        ratio = (self.size**2 - (self.size - shown) ** 2) / (2 * self.size_error**2)
+        apart = (self.size - shown) ** 2 / (self.size_error**2 + size_error**2)
+        ratio = ((self.size / self.size_error) ** 2 - apart) / 2
         return float(np.clip(ratio, -LARGEST_COUNTEREVIDENCE, max(self.log_evidence, 0.0)))
 
 

@@ -60,10 +60,15 @@ def _evidence_at(evidence: Evidence, usual: Usual) -> Evidence:
 
 
 def at_likeliest_interval(
-    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()
+    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = (), least: float = np.inf
 ) -> tuple[SetModel, SetFit]:
-    """The model and its fit at the likeliest interval of the control, among the usual ones and the model's own."""
-    best, least = (model, fit), fit.cost + interval_cost(model)
+    """The model and its fit at the likeliest interval of the control, among the usual ones and the model's own.
+
+    Parameters
+    ----------
+    least : cost, with that of the interval, from which on another interval is of interest
+    """
+    best, least = (model, fit), min(least, fit.cost + interval_cost(model))
     for usual in usual_intervals(model.evidence.data_sheet):
         other = model.with_evidence(_evidence_at(model.evidence, usual))
         start = at_interval_of(other, best[1].point)

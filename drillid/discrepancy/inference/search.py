@@ -52,6 +52,12 @@ class FittedCause:
         return self.extension.cause.name
 
     @property
+    def size_error(self) -> float:
+        """Standard error of its size in the linear responses."""
+        place = SHARED + self.fit.point.sizes.size - 1
+        return float(np.sqrt(np.linalg.inv(self.fit.information)[place, place]))
+
+    @property
     def at_bound(self) -> bool:
         """Whether its size lies at a bound."""
         return self.extension.cause.size.at_bound(float(self.fit.point.sizes[-1]))

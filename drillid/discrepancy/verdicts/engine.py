@@ -39,6 +39,9 @@ from drillid.discrepancy.verdicts.from_responses import explain_responses
 from drillid.discrepancy.verdicts.verdict import NONE, Verdict, calibrated
 from drillid.errors import EstimationError
 
+_CONTENDERS = 4
+"""Number of the likeliest causes that are fitted at other intervals of the control."""
+
 
 def examine(
     evidence: Evidence,
@@ -180,22 +183,28 @@ def _explained(
     """What explains the linear responses, at the likeliest interval of the control where the data sheet states none."""
     again = None
     if is_interval_free and likeliest.posterior is not None:
-        best = likeliest.posterior.best
-        again = _at_likeliest_interval(examination, best, causes, generator)
-        if again is not None and _cost(again) <= best.fit.cost + interval_cost(examination.model):
+        likely = [fit for fit in likeliest.posterior.fitted_causes[:_CONTENDERS] if fit.log_evidence > 0]
+        again = _at_likeliest_interval(examination, likely, causes, generator)
+        least = likeliest.posterior.best.fit.cost + interval_cost(examination.model)
+        if again is not None and _cost(again) <= least:
             return again
     found = explain_responses(examination, likeliest, causes, generator)
     return found if again is None or (found.extensions and _cost(found) < _cost(again)) else again
 
 
 def _at_likeliest_interval(
-    examination: Examination, likeliest: FittedCause, causes: list[Cause], generator: np.random.Generator
+    examination: Examination, likely: Sequence[FittedCause], causes: list[Cause], generator: np.random.Generator
 ) -> Examination | None:
-    """What is named at the control interval that is likeliest beside the likeliest cause, as the base model's interval
-    may have absorbed part of the cause's effect; None where the interval is the same, or nothing is named.
+    """What is named at the control interval that is likeliest beside one of the likely causes, as the base model's
+    interval may have absorbed part of that cause's effect; None where the interval is the same, or nothing is named.
     """
-    model, fit = at_likeliest_interval(examination.model, likeliest.fit, (likeliest.extension,))
-    if not fit.cost < likeliest.fit.cost - SHAPE_RESOLVED:
+    own = interval_cost(examination.model)
+    model, least = examination.model, min((each.fit.cost for each in likely), default=np.inf) + own - SHAPE_RESOLVED
+    for each in likely:
+        other, fit = at_likeliest_interval(examination.model, each.fit, (each.extension,), least)
+        if fit.cost + interval_cost(other) < least:
+            model, least = other, fit.cost + interval_cost(other)
+    if model is examination.model:
         return None
     base = without_outlier_windows(model, fit_set(model, at_interval_of(model, examination.base.point)))
     # evidence is against the base model at its own likeliest interval

@@ -94,7 +94,7 @@ def _with_own_detections(
     """
     found = {detection.cause: detection for detection in detections if detection.cause in CATALOGUE}
     own = {
-        fit.name: found[fit.name].evidence_for(float(fit.fit.point.sizes[-1]))
+        fit.name: found[fit.name].evidence_for(float(fit.fit.point.sizes[-1]), fit.size_error)
         for fit in fitted_causes
         if fit.name in found
     }

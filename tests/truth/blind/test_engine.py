@@ -152,6 +152,15 @@ def test_what_looks_like_jitter_counts_for_a_held_record_alike(interval: float) 
     assert verdict.size_low <= interval <= verdict.size_high
 
 
+def test_a_cause_that_is_likeliest_at_another_interval_of_the_control_is_found_there() -> None:
+    """At the interval that the base model takes, a lag and jitter are likelier than the filter."""
+    slow = Hidden("speed_filter", 0.01593262085712319, 0.23241964066298604)
+    found = examine(evidence_of(replace(other_plain_case(700167)[0], hidden=(slow,))), error_rate=ERROR_RATE)
+    (verdict,) = found.verdicts
+    assert verdict.cause == slow.name
+    assert verdict.size_low <= slow.size <= verdict.size_high
+
+
 def test_what_images_of_a_held_record_resemble_is_no_second_cause() -> None:
     held = Hidden("sample_and_hold", 0.0757742658584387, 0.7654680568085672)
     found = examine(evidence_of(replace(other_plain_case(590054)[0], hidden=(held,))), error_rate=ERROR_RATE)

@@ -82,6 +82,13 @@ def test_other_dimensions_are_refused() -> None:
         SCHEMA.conform(pages().assign(height=(("page", "side"), np.ones((2, 2)))))
 
 
+@pytest.mark.parametrize("value", [np.nan, 1.5, 300.0])
+def test_values_that_the_declared_type_cannot_hold_are_refused(value: float) -> None:
+    assert SCHEMA.conform(pages().assign(colour=("page", [1.0, 2.0])))["colour"].dtype == "int8"
+    with pytest.raises(DatasetError, match=rf"variable colour: {value} at \[1\] is no int8"):
+        SCHEMA.conform(pages().assign(colour=("page", [1.0, value])))
+
+
 def test_an_empty_dataset_has_all_variables_and_no_row() -> None:
     empty = SCHEMA.empty()
     assert empty.variables.keys() == SCHEMA.variables.keys()

@@ -133,6 +133,14 @@ def test_a_detection_of_a_third_of_the_size_supports_a_cause_whose_law_is_not_kn
     assert found.evidence_for(2000.0) < 0
 
 
+def test_responses_that_hardly_tell_a_size_do_not_speak_against_the_detected_one() -> None:
+    found = PooledDetection("regime_change", 1e-30, 60.0, 216.0, 24.0, 10)
+    # 216 ± 24 against zero is 40.5; 8 standard deviations apart take 32 of them, half a standard deviation an eighth
+    assert found.evidence_for(216.0) == pytest.approx(40.5)
+    assert found.evidence_for(408.0) == pytest.approx(8.5)
+    assert found.evidence_for(408.0, 383.25) == pytest.approx(40.375, abs=0.01)
+
+
 def jumps(generator: np.random.Generator, windows: int, size: float) -> list[Detection]:
     """Detections of one jump at the third of four moments in all windows; each window takes its best moment."""
     shown = generator.standard_normal((windows, 4)) + size * (np.arange(4) == 2)

@@ -12,6 +12,7 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drillid.config.rig import Collars
 from drillid.config.settings import Settings
 from drillid.datasets.codes import RigState
 from drillid.datasets.store import Problem, WellFolders
@@ -22,16 +23,22 @@ from drillid.windows.segments import steady_parts, window_places
 from tests.raw_logs import RATE, RIG, START, drilling, save, standstill
 
 LENGTH = 20.0
+COLLARS = {"outer_diameter": "203 mm", "inner_diameter": "71 mm", "length": "500 m"}
 
 
 def run(
-    tmp_path: Path, *logs: pd.DataFrame, without: tuple[str, ...] = (), **changes: Any
+    tmp_path: Path,
+    *logs: pd.DataFrame,
+    without: tuple[str, ...] = (),
+    collars: tuple[Collars, ...] = (),
+    **changes: Any,
 ) -> tuple[xr.Dataset, pd.DataFrame, xr.Dataset, list[Problem]]:
     """Windows, segments, states and problems of a well with these logs."""
     chosen = Settings.checked({"windows": {"length_s": LENGTH, "shortest_share": 1.0, **changes}}, "test")
     channels = {name: column for name, column in RIG.channels.items() if name not in without}
     paths = tuple(save(log, tmp_path / f"{number}.parquet") for number, log in enumerate(logs))
-    well: Any = SimpleNamespace(name="W1", rig=RIG.model_copy(update={"channels": channels}), logs=paths)
+    rig = RIG.model_copy(update={"channels": channels, "collars": collars})
+    well: Any = SimpleNamespace(name="W1", rig=rig, logs=paths)
     folders = WellFolders(tmp_path / "results", "W1")
     records.process(well, folders, chosen)
     problems = windows.process(well, folders, chosen)
@@ -62,6 +69,20 @@ def test_the_reason_names_the_channel_that_is_missing(tmp_path: Path) -> None:
     _, table, _, _ = run(tmp_path, log)
     (reason,) = set(table["reason"][table["state"] == "unknown"])
     assert reason == "no hole_depth for 10.0 s"
+
+
+def test_a_hole_no_deeper_than_the_collars_are_long_gives_no_window(tmp_path: Path) -> None:
+    shallow = drilling(40)
+    shallow[["HOLE", "BIT"]] -= 1600 / 0.3048
+    found, table, _, problems = run(tmp_path, shallow, collars=(Collars.model_validate(COLLARS),))
+    assert found.sizes["window"] == 0
+    ((state, seconds, count, reason),) = rows(table)
+    assert (state, seconds, count) == ("drilling", 40.0, 0)
+    assert reason == "the drill collars are stated as 500.0 m long in a hole of 400.2 m: there is no pipe"
+    assert len(problems) == 1
+    later = Collars.model_validate(COLLARS | {"from_depth": "450 m"})
+    found, *_ = run(tmp_path, shallow, collars=(later,))
+    assert found.sizes["window"] == 2
 
 
 def test_figures_of_a_window(tmp_path: Path) -> None:
