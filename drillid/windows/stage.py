@@ -161,9 +161,10 @@ def _windows_of(
         for first, stop in ((low + first, low + stop) for first, stop in itertools.pairwise(edges)):
             kind = int(label[first - low])
             inside = [(segment.first + start, size) for start, size in good if kind == _USED and first <= start < stop]
-            reason = _reason(kind, (stop - first) / rate, float(np.mean(repaired[first:stop])), settings)
             if kind == _SHALLOW:
                 reason = _without_pipe(rig, _mean(depth[first:stop]))
+            else:
+                reason = _reason(kind, (stop - first) / rate, float(np.mean(repaired[first:stop])), settings)
             if kind == _REMAINDER and len(parts) > 1:
                 reason += "; the set point of the speed changed"
             yield cut(segment, part, first, stop, rate, len(inside), reason), inside

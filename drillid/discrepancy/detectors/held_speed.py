@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.fft import fft, fftfreq, ifft, irfft, next_fast_len, rfft
+from scipy.fft import fft, fftfreq, ifft, next_fast_len
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 from scipy.special import i0e, logsumexp, stdtr
@@ -75,8 +75,6 @@ class Held:
 
     interval: float
     """s."""
-    between: float
-    """s, interval of a control between whose samples rows lie on lines; 0 where they do not."""
     log_ratio: float
     """Log-likelihood ratio against rows with samples of their own."""
     amplitude: float
@@ -101,7 +99,9 @@ class HeldSpeed:
         self._number: Integers = np.rint((places - places[0]) / step).astype(np.int64)
         self._step = step / rate
         repeated = residual.speed - residual.speed_residual
-        self._lines: Complex = rfft(repeated - repeated.mean())
+        self._swing: Floats = repeated - repeated.mean()
+        """(samples of the record,) rad/s, the repeated speed about its mean."""
+        self._spectrum: Complex = fft(self._swing)
         self._taper = self._at_samples(residual.taper)
         error = fft((speed - self._at_samples(repeated)) * self._taper)
         self._weighted: Floats = np.asarray(ifft(error * self._weight).real * self._taper, dtype=float)
@@ -160,7 +160,7 @@ class HeldSpeed:
         """
         residual, count = self._residual, self._time.size
         inside = residual.frequency < residual.highest
-        slope = self._at_samples(irfft(self._lines * residual.s * inside, residual.samples))
+        slope = self._at_samples(residual.filtered(residual.s * inside, self._swing))
         size = next_fast_len(_FINER * (int(self._number[-1]) + 1))
         product = np.zeros(size)
         product[self._number] = self._weighted * slope
@@ -204,7 +204,12 @@ class HeldSpeed:
         return max((self._examined(float(found.x), between) for between in tried), key=lambda held: held.log_ratio)
 
     def _examined(self, interval: float, between: float) -> Held:
-        """A record against the images of an interval at their best phase."""
+        """A record against the images of an interval at their best phase.
+
+        Parameters
+        ----------
+        between : s, interval of a control between whose samples rows lie on lines; 0 where they do not
+        """
         images = self._images(interval, between)
         phases = 2 * np.pi * np.arange(_PHASES) / _PHASES
         turned = np.exp(-1j * np.multiply.outer(phases, _numbers(interval)))
@@ -218,7 +223,6 @@ class HeldSpeed:
         scatter = parts - matched[best] * shares / shares.sum()
         return Held(
             interval,
-            between,
             log_ratio=float(matched[best]) - energy / 2,
             amplitude=float(matched[best]) / energy,
             amplitude_error=float(np.sqrt(np.sum(scatter**2))) / energy,
@@ -249,7 +253,7 @@ class HeldSpeed:
         cycles = frequency * interval
         shown = (np.abs(cycles) < 0.5) | (np.abs(cycles - np.rint(cycles)) > _HIDDEN)
         counted = shown & (np.abs(frequency) < residual.highest)
-        spectrum = np.where(counted, _both_signs(self._lines, residual.samples), 0.0)
+        spectrum = np.where(counted, self._spectrum, 0.0)
         number = _numbers(interval)[:, None]
         passed = (np.sinc((frequency + number / interval) * between) / np.sinc(frequency * between)) ** 2
         return np.asarray(ifft(spectrum * passed * cycles / np.where(counted, cycles + number, 1.0)), dtype=complex)
@@ -263,8 +267,3 @@ def _numbers(interval: float) -> Integers:
 def _carried(series: Complex, interval: float, time: Floats) -> Complex:
     """Series (image, time) carried to one, two, ... times the rate of an interval."""
     return np.asarray(series * np.exp(2j * np.pi * _numbers(interval)[:, None] * time / interval), dtype=complex)
-
-
-def _both_signs(lines: Complex, samples: int) -> Complex:
-    """Lines of positive and negative frequency (samples,) of a real series from those of `rfft`."""
-    return np.asarray(fft(irfft(lines, samples)), dtype=complex)

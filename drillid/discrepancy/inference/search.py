@@ -54,8 +54,7 @@ class FittedCause:
     @property
     def size_error(self) -> float:
         """Standard error of its size in the linear responses."""
-        place = SHARED + self.fit.point.sizes.size - 1
-        return float(np.sqrt(np.linalg.inv(self.fit.information)[place, place]))
+        return float(_size_precision(self.fit) ** -0.5)
 
     @property
     def at_bound(self) -> bool:
@@ -330,8 +329,13 @@ def _evidence(base: SetFit, fit: SetFit, cause: Cause) -> float:
         of_fit = np.linalg.slogdet(fit.information[np.ix_(others, others)])[1] + fit.windows_information
         return float(fall - 0.5 * (of_fit - of_base) - np.log(len(cause.shapes)))
     of_fit = np.linalg.slogdet(fit.information)[1] + fit.windows_information
-    precision = 1 / np.linalg.inv(fit.information)[place, place]
-    return float(evidence_of_size(fall, of_fit - of_base, fit.point.sizes[-1], precision, cause.size))
+    return float(evidence_of_size(fall, of_fit - of_base, fit.point.sizes[-1], _size_precision(fit), cause.size))
+
+
+def _size_precision(fit: SetFit) -> float:
+    """Precision of the last size from the curvature."""
+    place = SHARED + fit.point.sizes.size - 1
+    return float(1 / np.linalg.inv(fit.information)[place, place])
 
 
 def evidence_of_size(

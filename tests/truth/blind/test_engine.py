@@ -31,6 +31,7 @@ from drillid.discrepancy.inference.coordinates import MEASURED
 from drillid.discrepancy.inference.set_fit import fit_set
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.verdicts.engine import examine
+from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.verdict import CALIBRATION
 
 HIDDEN = {
@@ -152,10 +153,15 @@ def test_what_looks_like_jitter_counts_for_a_held_record_alike(interval: float) 
     assert verdict.size_low <= interval <= verdict.size_high
 
 
+def examined_with(hidden: Hidden, seed: int) -> Examination:
+    """The examination of a cause that is hidden in a rig of the second world."""
+    return examine(evidence_of(replace(other_plain_case(seed)[0], hidden=(hidden,))), error_rate=ERROR_RATE)
+
+
 def test_a_cause_that_is_likeliest_at_another_interval_of_the_control_is_found_there() -> None:
     """At the interval that the base model takes, a lag and jitter are likelier than the filter."""
     slow = Hidden("speed_filter", 0.01593262085712319, 0.23241964066298604)
-    found = examine(evidence_of(replace(other_plain_case(700167)[0], hidden=(slow,))), error_rate=ERROR_RATE)
+    found = examined_with(slow, 700167)
     (verdict,) = found.verdicts
     assert verdict.cause == slow.name
     assert verdict.size_low <= slow.size <= verdict.size_high
@@ -163,7 +169,7 @@ def test_a_cause_that_is_likeliest_at_another_interval_of_the_control_is_found_t
 
 def test_what_images_of_a_held_record_resemble_is_no_second_cause() -> None:
     held = Hidden("sample_and_hold", 0.0757742658584387, 0.7654680568085672)
-    found = examine(evidence_of(replace(other_plain_case(590054)[0], hidden=(held,))), error_rate=ERROR_RATE)
+    found = examined_with(held, 590054)
     (verdict,) = found.verdicts
     assert verdict.verdict == "sample_and_hold"
     assert verdict.size == pytest.approx(held.size, rel=3e-4)
@@ -184,7 +190,7 @@ def test_a_held_record_whose_responses_show_no_misfit_is_no_jitter() -> None:
 
 def test_a_held_record_whose_images_lie_above_the_band_is_not_denied_for_lack_of_jitter() -> None:
     held = Hidden("sample_and_hold", 0.055, 0.64)
-    found = examine(evidence_of(replace(other_plain_case(580088)[0], hidden=(held,))), error_rate=ERROR_RATE)
+    found = examined_with(held, 580088)
     (verdict,) = found.verdicts
     assert verdict.verdict == "sample_and_hold"
     assert verdict.size_low <= held.size <= verdict.size_high

@@ -72,10 +72,12 @@ def test_a_wrong_unit_is_named_though_the_base_model_takes_another_interval_for_
 
 @pytest.mark.parametrize("evidence", [UNLOGGED], ids=["no command"], indirect=True)
 def test_what_changes_within_a_window_does_not_take_the_place_of_a_wrong_unit(evidence: Evidence) -> None:
+    """Both are named, the one with more evidence first."""
     wrong = in_wrong_unit(evidence, 1.3558)
     jumps = tuple(Detection("regime_change", window, 6.0, 50.0, 8.0, 18.0) for window in range(wrong.windows))
     found = examine(replace(wrong, detections=jumps)).verdicts
-    assert {verdict.verdict for verdict in found} == {"sign_or_unit|speed_scale", "regime_change"}
+    assert [verdict.verdict for verdict in found] == ["regime_change", "sign_or_unit|speed_scale"]
+    assert found[0].evidence_nats > found[1].evidence_nats
 
 
 def in_wrong_unit(evidence: Evidence, factor: float) -> Evidence:

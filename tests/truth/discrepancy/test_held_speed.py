@@ -8,18 +8,17 @@ import pytest
 from drillid.arrays import Floats
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.residual_record import WindowRecord
+from drillid.simulation.recorder import Recorder
 from tests.simulated import RATE
 from tests.truth.discrepancy.window_records import (
     RIG,
     SENSOR_NOISE,
-    between_rows,
     detections_of,
     of_slower_samples,
+    recorded,
     records,
 )
 
-FIRST = 0.37
-"""Place of the first sample within its interval."""
 EXACTLY = 3e-4
 """Relative error of an interval that is told."""
 
@@ -29,12 +28,6 @@ def record() -> WindowRecord:
     return records(RIG, 0)[0]
 
 
-def samples_shown(record: WindowRecord, interval: float) -> tuple[Floats, Floats]:
-    """Places in rows, and speeds, of samples at an interval (s) without the noise of rows."""
-    places = np.arange(FIRST, record.speed.size, interval * RATE)
-    return places, between_rows(record, np.clip(places, 0, record.speed.size - 1))[1]
-
-
 def with_row_noise(record: WindowRecord, speed: Floats) -> WindowRecord:
     """The same with another speed, read with noise in each row."""
     return replace(record, speed=speed + SENSOR_NOISE * np.random.default_rng(3).standard_normal(speed.size))
@@ -42,9 +35,7 @@ def with_row_noise(record: WindowRecord, speed: Floats) -> WindowRecord:
 
 def holding(record: WindowRecord, interval: float) -> WindowRecord:
     """The same with a speed that holds samples at an interval, s."""
-    _, speeds = samples_shown(record, interval)
-    held = np.floor((np.arange(record.speed.size) - FIRST) / (interval * RATE)).astype(int)
-    return with_row_noise(record, speeds[np.maximum(held, 0)])
+    return with_row_noise(record, recorded(record, Recorder(1 / RATE, held=interval)).speed)
 
 
 def held(record: WindowRecord) -> Detection:
@@ -69,8 +60,8 @@ def test_a_held_speed_shows_no_other_cause(record: WindowRecord) -> None:
 
 
 def test_a_speed_on_lines_between_rarer_samples_is_no_held_one(record: WindowRecord) -> None:
-    places, speeds = samples_shown(record, 0.13)
-    assert held(with_row_noise(record, np.interp(np.arange(record.speed.size), places, speeds))).score < 0
+    on_lines = of_slower_samples(record, 0.13, held=False)
+    assert held(with_row_noise(record, on_lines.speed)).score < 0
 
 
 def test_a_loud_tone_is_no_held_speed(record: WindowRecord) -> None:
