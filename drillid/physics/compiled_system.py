@@ -27,7 +27,7 @@ from drillid.physics.equipment import (
     StribeckCutting,
     TopDrive,
 )
-from drillid.physics.held_control import Held, beyond, filter_pairs
+from drillid.physics.held_control import Held, cumulants_beyond, filter_pairs
 from drillid.physics.kernel import BLOCK
 from drillid.physics.sensor import Recording
 from drillid.physics.system_layout import (
@@ -106,6 +106,8 @@ class CompiledSystem:
 
     def _curves(self, omega: Floats) -> Curves:
         """Further factors and additions to shunt admittances, with their derivatives to coordinates."""
+        if not self.shunts and all(own is None for own in self.factors):
+            return _no_curves(omega.size)
         s, kappa = np.asarray(1j * omega, dtype=complex), COURSE + self.structure.parts
         factors = {place: own.factor(s) for place, own in zip(_FACTORS, self.factors, strict=True) if own is not None}
         shunts = [(line, law.shunt(section, s) / section.polar_moment) for line, law, section in self.shunts]
@@ -123,6 +125,13 @@ class CompiledSystem:
         rows = [np.broadcast_to(row, (windows, s.size)) for _, own in duals for row in own.tangents]
         slope = np.stack(rows, axis=1).astype(complex) if rows else np.empty((windows, 0, s.size), dtype=complex)
         return Curves(of_factors, of_lines, *_pairs(duals), slope)
+
+
+@lru_cache
+def _no_curves(frequencies: int) -> Curves:
+    """Of a system without further factors and additions."""
+    none, pairs = np.ones((1, 0, frequencies), dtype=complex), np.empty(0, dtype=np.int64)
+    return Curves(none, none, pairs, pairs, none)
 
 
 @lru_cache
@@ -183,10 +192,10 @@ def compiled_system(
     lines, motor, bit = _Lines(), system.motor or Motor(1.0), _Bit.of(system.bit)
     sections = [lines.add(section) for section in system.string]
     top_drive, controller = system.top_drive, system.top_drive.controller
-    if held is not None:
-        top_drive, recording = beyond(top_drive, held.read), beyond(recording, held.later)
+    hold_variance, hold_skewness, *hold_higher = cumulants_beyond(top_drive, held and held.read)
+    kept_variance, kept_skewness, *kept_higher = cumulants_beyond(recording, held and held.later)
     constants = [controller.compensated_inertia, controller.compensation_filter]
-    constants += [*top_drive.hold_higher, *recording.hold_higher, *_held_constants(held), *lines.constants]
+    constants += [*hold_higher, *kept_higher, *_held_constants(held), *lines.constants]
     is_known = None not in sections and controller.matching is None
     if bit is None or not is_known or any(isinstance(constant, Dual) for constant in constants):
         return None
@@ -203,13 +212,13 @@ def compiled_system(
         order,
         filter_pairs(order),
     )
-    clock_variance = recording.variance + recording.hold_variance
-    delay_variance = top_drive.delay_jitter * top_drive.delay_jitter + top_drive.hold_variance
+    clock_variance = recording.variance + kept_variance
+    delay_variance = top_drive.delay_jitter * top_drive.delay_jitter + hold_variance
     quantities = [
         *(recording.scale, recording.lateness, clock_variance, recording.filter_frequency),
-        *(recording.hold_skewness, 0.0),
+        *(kept_skewness, 0.0),
         *(controller.proportional, controller.integral, controller.speed_filter, controller.torque_filter, 0.0),
-        *(top_drive.inertia, top_drive.delay, delay_variance, top_drive.gain, top_drive.lag, top_drive.hold_skewness),
+        *(top_drive.inertia, top_drive.delay, delay_variance, top_drive.gain, top_drive.lag, hold_skewness),
         0.0,
         *(motor.stiffness, motor.damping, motor.inertia),
         *(system.bit.inertia, bit.amplitude, bit.blade_time),
@@ -230,16 +239,11 @@ def _held_constants(held: Held | None) -> list[Any]:
 
 def _has_known_parts(system: DrillingSystem, recording: Recording) -> bool:
     """Whether every part is exactly of the class that the compiled code was written for; a subclass may add to it."""
-    parts: dict[type, Sequence[Any]] = {
-        DrillingSystem: [system],
-        Recording: [recording],
-        TopDrive: [system.top_drive],
-        Controller: [system.top_drive.controller],
-        Motor: [system.motor] if system.motor else [],
-        Bit: [system.bit],
-        Section: system.string,
-    }
-    return all(type(part) is kind for kind, found in parts.items() for part in found)
+    top_drive = system.top_drive
+    is_known = type(system) is DrillingSystem and type(recording) is Recording and type(system.bit) is Bit
+    is_known = is_known and type(top_drive) is TopDrive and type(top_drive.controller) is Controller
+    is_known = is_known and (system.motor is None or type(system.motor) is Motor)
+    return is_known and all(type(section) is Section for section in system.string)
 
 
 @dataclass(frozen=True, eq=False)

@@ -55,12 +55,27 @@ _WITHOUT_SLOPE = frozenset(
 
 def _operator(ufunc: np.ufunc) -> Callable[..., Any]:
     """The method for an operator whose first argument is a Dual."""
-    return lambda self, *others: self.__array_ufunc__(ufunc, "__call__", self, *others)
+    slope = _SLOPES[ufunc][0]
+
+    def applied(self: "Dual", other: Any) -> "Dual":
+        if isinstance(other, Dual):
+            made: Dual = self.__array_ufunc__(ufunc, "__call__", self, other)
+            return made
+        result = np.asarray(ufunc(self.value, other))
+        return self._times(result, None if slope is _one else slope(result, self.value, other))
+
+    return applied
 
 
 def _reflected(ufunc: np.ufunc) -> Callable[..., Any]:
     """The method for an operator whose second argument alone is a Dual."""
-    return lambda self, other: self.__array_ufunc__(ufunc, "__call__", other, self)
+    slope = _SLOPES[ufunc][1]
+
+    def applied(self: "Dual", other: Any) -> "Dual":
+        result = np.asarray(ufunc(other, self.value))
+        return self._times(result, None if slope is _one else slope(result, other, self.value))
+
+    return applied
 
 
 class Dual(NDArrayOperatorsMixin):
@@ -95,6 +110,16 @@ class Dual(NDArrayOperatorsMixin):
         made.value, made.tangents, made.indices, made.parameters = value, tangents, indices, parameters
         return made
 
+    @classmethod
+    def of_parameter(cls, value: Array, slope: Array, place: int, parameters: int) -> "Dual":
+        """A Dual that depends on one parameter alone, with a derivative of the value's shape."""
+        return cls._made(value, slope[None], _index(place), parameters)
+
+    def _times(self, value: Array, slope: Any) -> "Dual":
+        """A function of this one variable, with its derivative; that of None is one."""
+        tangents = _aligned(self.tangents, value.ndim)
+        return Dual._made(value, tangents if slope is None else slope * tangents, self.indices, self.parameters)
+
     def __repr__(self) -> str:
         return f"Dual({self.value!r}, {self.tangents!r}, {self.indices!r}, {self.parameters})"
 
@@ -119,7 +144,10 @@ class Dual(NDArrayOperatorsMixin):
     __sub__ = _operator(np.subtract)
     __mul__ = _operator(np.multiply)
     __truediv__ = _operator(np.divide)
-    __neg__ = _operator(np.negative)
+
+    def __neg__(self) -> "Dual":
+        return Dual._made(-self.value, -self.tangents, self.indices, self.parameters)
+
     __radd__ = _reflected(np.add)
     __rsub__ = _reflected(np.subtract)
     __rmul__ = _reflected(np.multiply)
@@ -130,6 +158,11 @@ class Dual(NDArrayOperatorsMixin):
         full = np.zeros((self.parameters, *self.value.shape), dtype=self.tangents.dtype)
         full[self.indices] = self.tangents
         return full
+
+
+@lru_cache(maxsize=1000)
+def _index(place: int) -> Indices:
+    return np.array([place])
 
 
 def _summed(tangents: Array, first: Indices, others: Array, second: Indices) -> tuple[Array, Indices]:
@@ -246,5 +279,5 @@ def unstacked(stack: Any) -> list[Any]:
     """The entries along the first axis of an array, or of a Dual whose tangents have its value's shape."""
     if not isinstance(stack, Dual):
         return list(stack)
-    entries = zip(stack.value, np.moveaxis(stack.tangents, 1, 0), strict=True)
-    return [Dual(value, tangents, stack.indices, stack.parameters) for value, tangents in entries]
+    entries = zip(stack.value, stack.tangents.swapaxes(0, 1), strict=True)
+    return [Dual._made(value, tangents, stack.indices, stack.parameters) for value, tangents in entries]

@@ -74,7 +74,7 @@ def read_and_kept(interval: Any, delay: Any, offset: Any, filters: Filters = NO_
     """
     arguments = interval, delay, offset, *filters[:-1]
     values = [primal(each) for each in arguments]
-    shape = np.broadcast_shapes(*(np.shape(value) for value in values))
+    shape = np.broadcast(*values).shape
     table = np.empty((*shape, QUANTITIES))
     for place, value in enumerate(values):
         table[..., place] = value
@@ -146,10 +146,17 @@ def filter_pairs(order: int) -> Floats:
 
 def beyond(part: Part, cumulants: Cumulants) -> Part:
     """A top drive, or a recording, less the values of what holding adds to its cumulants; their derivatives stay."""
-    variance, third, fourth, fifth = cumulants
-    higher = part.hold_higher[0] - fourth, part.hold_higher[1] - fifth
-    less = {"hold_variance": part.hold_variance - variance, "hold_skewness": part.hold_skewness - third}
-    return replace(part, **less, hold_higher=higher)
+    variance, third, *higher = cumulants_beyond(part, cumulants)
+    return replace(part, hold_variance=variance, hold_skewness=third, hold_higher=tuple(higher))
+
+
+def cumulants_beyond(part: Any, cumulants: Cumulants | None) -> Cumulants:
+    """Those that holding adds to a top drive or a recording, less the values of some; their derivatives stay."""
+    own = part.hold_variance, part.hold_skewness, *part.hold_higher
+    if cumulants is None:
+        return own
+    variance, third, fourth, fifth = (each - value for each, value in zip(own, cumulants, strict=True))
+    return variance, third, fourth, fifth
 
 
 def held_logarithm(s: Any, third: Any, fourth: Any, fifth: Any) -> Any:

@@ -36,9 +36,10 @@ class Priors:
         weight[..., self.doubted] = 1 - understated * (1 - UNDERSTATED_BY**-2.0)
         return np.asarray(weight * self.error**-2.0, dtype=float)
 
-    def pull(self, off: Floats) -> Floats:
-        """Falling slope of the cost (..., P) in the coordinates, at offsets (..., P) given in errors."""
-        return np.asarray(-self.precision(off) * off * self.error, dtype=float)
+    def precision_and_pull(self, off: Floats) -> tuple[Floats, Floats]:
+        """The precision (..., P) and the falling slope of the cost (..., P) in the coordinates, at such offsets."""
+        precision = self.precision(off)
+        return precision, np.asarray(-precision * off * self.error, dtype=float)
 
     def cost(self, off: Floats) -> Floats:
         """Fall of the log density (..., P) from its peak at offsets (..., P) from the means, given in errors."""

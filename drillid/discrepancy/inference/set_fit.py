@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -61,8 +62,7 @@ class Normal:
     @property
     def corner(self) -> Floats:
         """(W, 4, 4) of the windows' deviations, with their prior and bound."""
-        own: Floats = self._bounded_border[:, :, _PLACES] + self.local_precision[:, :, None] * _UNIT
-        return own
+        return self._corner(self._bounded_border)
 
     @property
     def unbounded(self) -> "Normal":
@@ -84,16 +84,22 @@ class Normal:
         matrix, vector : (P, P), (P,) of all but the windows' deviations
         own, border : (W, 4), (W, 4, P); the deviations are own − border @ step
         """
-        corner = self.corner * (1 + damping * _UNIT)
         border, total, each = self._bounded_border, self.total.copy(), self.own.copy()
+        corner = self._corner(border) * (1 + damping * _UNIT)
         curvature, pull = _bound(self.below)
         total[DAMPING_BIT, DAMPING_BIT] += curvature.sum()
         each[:, DAMPING_BIT] += pull
         right = each[:, _PLACES] - self.local_precision * self.local
         solved = np.linalg.solve(corner, np.concatenate([border, right[..., None]], axis=-1))
-        matrix = total + np.diag(self.prior) - np.einsum("wlp,wlq->pq", border, solved[..., :-1])
-        vector = each.sum(0) + self.pull - np.einsum("wlp,wl->p", border, solved[..., -1])
+        known = self.prior.size
+        fallen = border.reshape(-1, known).T @ solved.reshape(-1, known + 1)
+        matrix = total + np.diag(self.prior) - fallen[:, :-1]
+        vector = each.sum(0) + self.pull - fallen[:, -1]
         return matrix, vector, solved[..., -1], solved[..., :-1]
+
+    def _corner(self, border: Floats) -> Floats:
+        own: Floats = border[:, :, _PLACES] + self.local_precision[:, :, None] * _UNIT
+        return own
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,6 +269,7 @@ def within(point: Point, extensions: tuple[Extension, ...]) -> Point:
     return point.moved(np.clip(point.coordinates(extensions), *_bounds(extensions)), point.local, extensions)
 
 
+@lru_cache(maxsize=1000)
 def _bounds(extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
     """Bounds of shared coordinates, sizes and shapes."""
     sizes = [extension.cause.size for extension in extensions]
@@ -288,7 +295,7 @@ def normal_equations(
     linear = model.linearised(point, extensions)
     residual = linear.residual - bias
     off, priors = _priors(model, point, extensions)
-    prior, pull = priors.precision(off), priors.pull(off)
+    prior, pull = priors.precision_and_pull(off)
     known, windows = prior.size, model.evidence.windows
     count = known + further.shape[1]
     total, border, own = np.zeros((count, count)), np.empty((windows, len(LOCAL), count)), np.empty((windows, count))
@@ -308,10 +315,18 @@ def normal_equations(
 
 def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Priors]:
     """Offsets (P,) of coordinates, sizes and shapes from the means of their priors, in errors, and the priors."""
+    priors = _extended(model.priors, extensions)
+    off = point.coordinates(extensions)
+    off[:SHARED] -= model.prior_mean
+    off /= priors.error
+    return off, priors
+
+
+@lru_cache(maxsize=1000)
+def _extended(priors: Priors, extensions: tuple[Extension, ...]) -> Priors:
+    """Priors followed by those of sizes and shapes."""
     typical = np.array([WIDE_PRIOR * extension.cause.size.typical for extension in extensions])
-    shapes = point.shapes[fitted_shapes(extensions)]
-    off = np.concatenate([(point.shared - model.prior_mean) / model.priors.error, point.sizes / typical, shapes])
-    return off, model.priors.and_normal(np.append(typical, np.ones(shapes.size)))
+    return priors.and_normal(np.append(typical, np.ones(len(fitted_shapes(extensions)))))
 
 
 def _precision(model: SetModel, point: Point) -> Floats:
@@ -346,7 +361,7 @@ def expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -
     """The model linearised about a point, with its cost there."""
     sums = model.products(point, extensions)
     off, priors = _priors(model, point, extensions)
-    prior, pull = priors.precision(off), priors.pull(off)
+    prior, pull = priors.precision_and_pull(off)
     cost = float(np.sum(priors.cost(off))) + float(np.sum(_window_costs(model, point, sums.squares)))
     normal = Normal(
         *(sums.each.sum(0), sums.each[:, list(LOCAL)], sums.own),
@@ -372,7 +387,7 @@ def moved(about: Expansion, extensions: tuple[Extension, ...], damping: float) -
         free = ~held
         rows = matrix[free]
         step[free] = np.linalg.solve(rows[:, free], vector[free] - rows[:, held] @ step[held])
-    local = point.local + own - np.einsum("wlp,p->wl", border, step)
+    local = point.local + own - border @ step
     return point.moved(now + step, _within_bounds(local, point.shared + step[:SHARED]), extensions)
 
 

@@ -217,7 +217,7 @@ class SetModel:
         further = [np.full((1, 1), own) for own in (*point.sizes, *point.shapes[fitted])]
         values, slopes = [*self.quantities(point), *further], [*self.units, *(np.ones((1, 1)) for _ in further)]
         duals: list[Any] = [
-            Dual(value, slope[None], np.array([place]), len(values))
+            Dual.of_parameter(value, slope, place, len(values))
             for place, (value, slope) in enumerate(zip(values, slopes, strict=True))
         ]
         count, shapes = SHARED + len(extensions), list(point.shapes)

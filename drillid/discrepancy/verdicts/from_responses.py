@@ -58,10 +58,8 @@ def explain_responses(
         ):
             chosen, after = better
     total, fit = total_evidence(examination, chosen), chosen[-1][1].fit
-    if any(cause.at_bound for _, cause in chosen):
-        return _unknown(examination, max(before.unknown_evidence, total))
     is_incomplete = _is_incomplete(model, fit, after)
-    if before.unknown_evidence > total or is_incomplete:
+    if before.unknown_evidence > total or is_incomplete or any(cause.at_bound for _, cause in chosen):
         nearest = class_name([cause.name for _, cause in chosen]) if is_incomplete else ""
         examination = replace(examination, posterior=first)
         return _unknown(examination, max(before.unknown_evidence, total), nearest=nearest)

@@ -22,7 +22,7 @@ def test_costs_are_log_densities_relative_to_their_peaks() -> None:
 def test_pulls_are_slopes_of_costs_and_precisions_their_ratios_to_offsets() -> None:
     step = 1e-6
     slope = (PRIORS.cost(OFF + step) - PRIORS.cost(OFF - step)) / (2 * step) / PRIORS.error
-    np.testing.assert_allclose(PRIORS.pull(OFF), -slope, rtol=1e-7)
+    np.testing.assert_allclose(PRIORS.precision_and_pull(OFF)[1], -slope, rtol=1e-7)
     np.testing.assert_allclose(PRIORS.precision(OFF), slope / (OFF * PRIORS.error), rtol=1e-7)
 
 
