@@ -68,6 +68,8 @@ class DataSheet:
     """s, at which the control reads the speed and holds its command; NaN where data sheets are silent."""
     control_interval_relative: float = 0.03
     """Its relative standard uncertainty."""
+    control_interval_is_taken: bool = False
+    """Whether it is one of the usual intervals, taken where neither a document nor the rows tell it."""
     even_rows: float = np.nan
     """s, from row to row of logs whose rows are even and so show no interval of the control; NaN where they do, or
     cannot."""

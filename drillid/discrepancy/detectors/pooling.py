@@ -36,6 +36,16 @@ class PooledDetection:
     """Standard deviations, over all windows, between the records predicted by this and by the other course of the same
     parameter."""
 
+    @property
+    def least_shown(self) -> float:
+        """Least share of the cause's size that the detections may show."""
+        return _detector(self.cause).least_shown
+
+    @property
+    def tells_size(self) -> bool:
+        """Whether they tell the size of the cause, whatever law it follows."""
+        return bool(np.isfinite(self.size_error)) and self.least_shown == 1
+
     def evidence_for(self, size: float, size_error: float = 0.0) -> float:
         """Log-likelihood ratio of the detections for the size found in the linear responses, against size zero: at the
         likeliest size by both, less what the responses lose there.
@@ -49,7 +59,7 @@ class PooledDetection:
         """
         if not (np.isfinite(self.size_error) and self.size_error > 0):
             return self.log_evidence
-        low, high = sorted((_detector(self.cause).least_shown * size, size))
+        low, high = sorted((self.least_shown * size, size))
         shown = float(np.clip(self.size, low, high))
         apart = (self.size - shown) ** 2 / (self.size_error**2 + size_error**2)
         ratio = ((self.size / self.size_error) ** 2 - apart) / 2

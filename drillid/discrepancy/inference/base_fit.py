@@ -9,6 +9,7 @@ from drillid.discrepancy.inference.control_intervals import Usual, usual_interva
 from drillid.discrepancy.inference.coordinates import DEVIATION, INTERVAL, Extension, Point
 from drillid.discrepancy.inference.set_fit import SetFit, expanded, fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.rules import OUT_OF_REACH
 
 _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
 """Fewest windows from which a set's own deviation is estimated, windows that its prior is worth, and rounds."""
@@ -55,7 +56,12 @@ def fit_base(evidence: Evidence, *further: Point) -> tuple[SetModel, SetFit]:
 def _evidence_at(evidence: Evidence, usual: Usual) -> Evidence:
     """The evidence with a data sheet that states the interval of the control."""
     sheet = evidence.data_sheet
-    stated = replace(sheet, control_interval=usual.interval, control_interval_relative=usual.relative)
+    stated = replace(
+        sheet,
+        control_interval=usual.interval,
+        control_interval_relative=usual.relative,
+        control_interval_is_taken=True,
+    )
     return replace(evidence, data_sheet=stated)
 
 
@@ -78,6 +84,28 @@ def at_likeliest_interval(
     return best
 
 
+def fits_at_intervals(
+    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]
+) -> list[tuple[SetFit, float]]:
+    """The fit, and where the interval of the control is not known those at other usual ones that are not far less
+    likely, each with the logarithm of its posterior mass, up to a constant.
+    """
+    sheet, cost = model.evidence.data_sheet, interval_cost(model)
+    found = [(fit, fit.mass - cost)]
+    if np.isfinite(sheet.control_interval) and not sheet.control_interval_is_taken:
+        return found
+    own = _nearest_usual(model)
+    for usual in usual_intervals(sheet):
+        if usual is own:
+            continue
+        other = model.with_evidence(_evidence_at(model.evidence, usual))
+        enough = fit.cost + cost - usual.cost + OUT_OF_REACH
+        again = fit_set(other, at_interval_of(other, fit.point), extensions, enough)
+        if again.cost < enough:
+            found.append((again, again.mass - usual.cost))
+    return found
+
+
 def at_interval_of(model: SetModel, point: Point) -> Point:
     """The point at the interval that a model's data sheet states."""
     shared = point.shared.copy()
@@ -95,5 +123,9 @@ def interval_cost(model: SetModel) -> float:
     """Prior cost of an interval that is not known, relative to that of no interval: each stands for the intervals near
     it, and fewer controls have such an interval than one that is practically none.
     """
+    return _nearest_usual(model).cost
+
+
+def _nearest_usual(model: SetModel) -> Usual:
     usual = usual_intervals(model.evidence.data_sheet)
-    return min(usual, key=lambda each: abs(each.interval - model.control_interval)).cost
+    return min(usual, key=lambda each: abs(each.interval - model.control_interval))

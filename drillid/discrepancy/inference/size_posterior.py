@@ -1,5 +1,7 @@
 """Posterior of a cause's size, under the prior with which its evidence is computed."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
@@ -22,8 +24,10 @@ _FAR = 1e3
 """Offset, in tolerances, at which a data-sheet value has practically no weight."""
 
 
-def fitted_size_interval(fit: SetFit, extensions: tuple[Extension, ...], place: int) -> tuple[float, float]:
-    """Central 95 % interval of the posterior of one of a fit's sizes.
+def fitted_size_interval(
+    fits: Sequence[tuple[SetFit, float]], extensions: tuple[Extension, ...], place: int
+) -> tuple[float, float]:
+    """Central 95 % interval of the posterior of one of a fit's sizes, that of the first of the fits.
 
     Errors of data-sheet values have heavy tails. Where two values together determine a size, they may contradict each
     other, and the posterior then allows for either being wrong: it is computed size by size, with all else at its
@@ -31,8 +35,20 @@ def fitted_size_interval(fit: SetFit, extensions: tuple[Extension, ...], place: 
 
     Parameters
     ----------
-    place : index of the size among those of the fit
+    fits : by models with the same extensions, each with the logarithm of its posterior mass, up to a constant
+    place : index of the size among those of the fits
     """
+    size, estimate = extensions[place].cause.size, float(fits[0][0].point.sizes[place])
+    shares = softmax([log_mass for _, log_mass in fits])
+    curves = [_cumulative(fit, extensions, place) for fit, _ in fits]
+    sizes = np.unique(np.concatenate([at for at, _ in curves]))
+    below = sum(share * np.interp(sizes, *curve) for share, curve in zip(shares, curves, strict=True))
+    low, high = np.interp(_TAILS, below, sizes)
+    return max(min(float(low), estimate), size.low), min(max(float(high), estimate), size.high)
+
+
+def _cumulative(fit: SetFit, extensions: tuple[Extension, ...], place: int) -> tuple[Floats, Floats]:
+    """Sizes, and the posterior probability that one of a fit's is smaller, each (N,)."""
     size = extensions[place].cause.size
     estimate, error = float(fit.point.sizes[place]), float(fit.size_errors[place])
     low, high = max(estimate - _REACH * error, size.low), min(estimate + _REACH * error, size.high)
@@ -42,8 +58,7 @@ def fitted_size_interval(fit: SetFit, extensions: tuple[Extension, ...], place: 
     log_prior = np.logaddexp(usual, wide) - wide
     log_density = _log_density(fit, extensions, SHARED + place, sizes) + log_prior
     below = cumulative_trapezoid(np.exp(log_density - log_density.max()), sizes, initial=0.0)
-    low, high = np.interp(np.array(_TAILS) * below[-1], below, sizes)
-    return max(min(float(low), estimate), size.low), min(max(float(high), estimate), size.high)
+    return sizes, below / below[-1]
 
 
 def _log_density(fit: SetFit, extensions: tuple[Extension, ...], index: int, values: Floats) -> Floats:

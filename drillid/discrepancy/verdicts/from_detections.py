@@ -215,14 +215,16 @@ def _interval(detection: PooledDetection, factor: float) -> tuple[float, float]:
 
     The effect of a very large cause hardly grows with its size, so that an error may be as large as the size although
     zero is excluded; the interval is then one of the logarithm. Where several windows have such an error of their mean,
-    they do not agree.
+    they do not agree. Where the law of the cause is not known, its size may be as much larger as the detection may show
+    of it.
     """
     half_width = TWO_SIDED * detection.size_error * factor
     if detection.windows == 1 and half_width >= abs(detection.size) > 0:
         ratio = float(np.exp(half_width / abs(detection.size)))
         low, high = sorted((detection.size / ratio, detection.size * ratio))
-        return low, high
-    return detection.size - half_width, detection.size + half_width
+    else:
+        low, high = detection.size - half_width, detection.size + half_width
+    return low, max(high, high / detection.least_shown)
 
 
 def _error_factor(examination: Examination) -> float:

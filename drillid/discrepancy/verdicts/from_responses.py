@@ -6,6 +6,7 @@ import numpy as np
 
 from drillid.discrepancy.catalogue import CATALOGUE, Cause
 from drillid.discrepancy.detectors.pooling import detection_gain
+from drillid.discrepancy.inference.base_fit import fits_at_intervals
 from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.held_out_gain import held_out_gain
 from drillid.discrepancy.inference.localisation import contiguous_windows, place_probability
@@ -81,7 +82,9 @@ def _named(examination: Examination, first: Posterior, chosen: Chosen, after: Sc
     names = tuple(fit.extension for _, fit in chosen)
     extensions, extended = _bounded_in_depth(examination.model, names, chosen[-1][1].fit)
     result = replace(examination, extended=extended, extensions=extensions, after=after, posterior=first)
-    return replace(result, verdicts=tuple(_linear_verdict(result, place, *pair) for place, pair in enumerate(chosen)))
+    fits = fits_at_intervals(result.model, extended, extensions)
+    verdicts = tuple(_linear_verdict(result, fits, place, *pair) for place, pair in enumerate(chosen))
+    return replace(result, verdicts=verdicts)
 
 
 def _with_sure_gains(examination: Examination, result: Examination) -> Examination:
@@ -128,9 +131,11 @@ def _bounded_in_depth(
     return extensions, fit
 
 
-def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: FittedCause) -> Verdict:
+def _linear_verdict(
+    result: Examination, fits: list[tuple[SetFit, float]], place: int, posterior: Posterior, fit: FittedCause
+) -> Verdict:
     evidence = result.model.evidence
-    size, low, high = _size(result, place)
+    size, low, high = _size(result, fits, place)
     cause, rows = fit.extension.cause, result.extensions[place].windows
     depth = evidence.operating_points.hole_depth if rows is None else evidence.operating_points.hole_depth[list(rows)]
     without = tuple(other for number, other in enumerate(result.extensions) if number != place)
@@ -177,15 +182,15 @@ def _location(result: Examination, place: int, members: tuple[str, ...]) -> floa
     return extensions[place].shape * float(np.mean(model.length))
 
 
-def _size(result: Examination, place: int) -> tuple[float, float, float]:
+def _size(result: Examination, fits: list[tuple[SetFit, float]], place: int) -> tuple[float, float, float]:
     """Size of an extension and its interval; from its detection where it varies within the window, as the mean
     response hardly determines it, or where the detection determines it better.
     """
     cause, size = result.extensions[place].cause, float(result.extended.point.sizes[place])
     if cause.size.fixed:
         return size, size, size
-    low, high = fitted_size_interval(result.extended, result.extensions, place)
-    own = [each for each in result.detections if each.cause == cause.name and np.isfinite(each.size_error)]
+    low, high = fitted_size_interval(fits, result.extensions, place)
+    own = [each for each in result.detections if each.cause == cause.name and each.tells_size]
     if own and (cause.time_varying or 2 * TWO_SIDED * own[0].size_error < high - low):
         return own[0].size, *size_interval(own[0].size, own[0].size_error, cause.size)
     return size, low, high

@@ -167,6 +167,18 @@ def test_a_cause_that_is_likeliest_at_another_interval_of_the_control_is_found_t
     assert verdict.size_low <= slow.size <= verdict.size_high
 
 
+def test_a_torque_that_falls_by_another_law_than_its_detector_knows_has_the_size_of_the_responses() -> None:
+    falling = Hidden("stribeck_cutting", 22.900618946447118, 0.3969899026300311)
+    found = examined_with(falling, 700387)
+    (verdict,) = found.verdicts
+    assert verdict.verdict == "stribeck_cutting"
+    assert verdict.size_low <= falling.size <= verdict.size_high
+    (own,) = (detection for detection in found.detections if detection.cause == falling.name)
+    # far too small, and so narrow an interval that it would be preferred
+    assert own.size + 4 * own.size_error < falling.size
+    assert 4 * own.size_error < verdict.size_high - verdict.size_low
+
+
 def test_what_images_of_a_held_record_resemble_is_no_second_cause() -> None:
     held = Hidden("sample_and_hold", 0.0757742658584387, 0.7654680568085672)
     found = examined_with(held, 590054)

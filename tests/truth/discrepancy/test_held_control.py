@@ -12,11 +12,13 @@ from benchmarks.blind.other_world.cases import plain_case
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.evidence import Evidence
-from drillid.discrepancy.inference.base_fit import fit_base
+from drillid.discrepancy.inference.base_fit import fit_base, fits_at_intervals
 from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.search import search
+from drillid.discrepancy.inference.set_fit import fit_set
 from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.inference.size_posterior import fitted_size_interval
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.physics.responses import laplace
 
@@ -113,3 +115,18 @@ def test_no_cause_fits_worse_than_none_does(evidence: Evidence) -> None:
     screened = screen(model, base, (), causes, np.random.default_rng(1))
     for found in search(model, base, (), screened, causes, time_varying={}, all_causes=True, rejected=True):
         assert found.fit.cost < base.cost + 0.1, found.name
+
+
+@pytest.mark.parametrize("evidence", [UNLOGGED], ids=["no command"], indirect=True)
+def test_a_size_is_uncertain_by_the_interval_of_the_control_that_no_data_sheet_states(evidence: Evidence) -> None:
+    lag = (Extension(CATALOGUE["drive_lag"], 0.0),)
+    late = replace(evidence, mobility=evidence.mobility / (1 + 0.02 * laplace(evidence.frequency))).subset(np.arange(2))
+    counts, widths = [], []
+    for stated in (evidence.data_sheet.control_interval, np.nan):
+        model, base = fit_base(replace(late, data_sheet=replace(late.data_sheet, control_interval=stated)))
+        fits = fits_at_intervals(model, fit_set(model, replace(base.point, sizes=np.array([0.02])), lag), lag)
+        counts.append(len(fits))
+        widths.append([np.ptp(fitted_size_interval(some, lag, 0)) for some in (fits[:1], fits)])
+    assert counts[0] == 1 < counts[1]
+    assert widths[0][0] == widths[0][1]
+    assert widths[1][0] < widths[1][1]

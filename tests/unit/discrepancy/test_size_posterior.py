@@ -51,6 +51,7 @@ def test_bounds_end_an_interval() -> None:
 
 GAIN = Extension(CATALOGUE["controller_gain"], 0.0)
 TOLERANCE, DATA_ERROR = 0.02, 0.005
+SIZES = np.linspace(-1.0, 1.5, 5001)
 
 
 def _told_by_two_data_sheets(size: float, off: Floats, noise: Floats) -> SetFit:
@@ -72,15 +73,18 @@ def _told_by_two_data_sheets(size: float, off: Floats, noise: Floats) -> SetFit:
     return SetFit(point, 0.0, 0.0, information + np.diag(precision), 0.0, off_prior, rig)
 
 
-def _by_quadrature(seen: Floats) -> Floats:
-    """The same interval from the posterior of a size by its two sums with gains that are off, (2,)."""
-    sizes, noise = np.linspace(-1.0, 1.5, 5001), DATA_ERROR * np.linspace(-5.0, 5.0, 41)
-    density = sum(norm.pdf(sizes, scale=scale * GAIN.cause.size.typical) / 2 for scale in (1.0, WIDE_PRIOR))
+def _posterior(seen: Floats) -> Floats:
+    """Posterior density of SIZES, given a size's two sums with gains that are off, (2,), by quadrature."""
+    noise = DATA_ERROR * np.linspace(-5.0, 5.0, 41)
+    density = sum(norm.pdf(SIZES, scale=scale * GAIN.cause.size.typical) / 2 for scale in (1.0, WIDE_PRIOR))
     for each in seen:
-        off = (each - sizes[:, None] - noise) / TOLERANCE
+        off = (each - SIZES[:, None] - noise) / TOLERANCE
         density = density * (t.pdf(off, float(STUDENT_TAIL)) @ norm.pdf(noise, scale=DATA_ERROR))
-    below = np.cumsum(density)
-    return np.interp([0.025, 0.975], below / below[-1], sizes)
+    return np.asarray(density / density.sum(), dtype=float)
+
+
+def _central(density: Floats) -> Floats:
+    return np.interp([0.025, 0.975], np.cumsum(density), SIZES)
 
 
 def test_an_interval_is_that_of_the_posterior_though_two_data_sheets_contradict_each_other() -> None:
@@ -88,6 +92,16 @@ def test_an_interval_is_that_of_the_posterior_though_two_data_sheets_contradict_
     for apart in (0.0, 2.0, 4.0, 6.0, 10.0):
         off = TOLERANCE * np.array([apart, 0.0])
         noise = DATA_ERROR * generator.standard_normal(2)
-        found = fitted_size_interval(_told_by_two_data_sheets(0.3, off, noise), (GAIN,), 0)
-        exact = _by_quadrature(0.3 + off + noise)
+        found = fitted_size_interval([(_told_by_two_data_sheets(0.3, off, noise), 0.0)], (GAIN,), 0)
+        exact = _central(_posterior(0.3 + off + noise))
+        assert found == pytest.approx(exact, abs=0.02 * np.ptp(exact))
+
+
+def test_an_interval_over_several_models_is_that_of_the_mean_of_their_posteriors() -> None:
+    sizes = (0.3, 0.36)
+    fits = [_told_by_two_data_sheets(size, np.zeros(2), np.zeros(2)) for size in sizes]
+    first, second = (_posterior(np.full(2, size)) for size in sizes)
+    for odds in (1.0, 0.2, 1e-9):
+        found = fitted_size_interval([(fits[0], 7.0), (fits[1], 7.0 + np.log(odds))], (GAIN,), 0)
+        exact = _central((first + odds * second) / (1 + odds))
         assert found == pytest.approx(exact, abs=0.02 * np.ptp(exact))
