@@ -192,8 +192,9 @@ def compiled_system(
     lines, motor, bit = _Lines(), system.motor or Motor(1.0), _Bit.of(system.bit)
     sections = [lines.add(section) for section in system.string]
     top_drive, controller = system.top_drive, system.top_drive.controller
-    hold_variance, hold_skewness, *hold_higher = cumulants_beyond(top_drive, held and held.read)
-    kept_variance, kept_skewness, *kept_higher = cumulants_beyond(recording, held and held.later)
+    read, later = (held.read, held.later) if held is not None else (None, None)
+    hold_variance, hold_skewness, *hold_higher = cumulants_beyond(top_drive, read)
+    kept_variance, kept_skewness, *kept_higher = cumulants_beyond(recording, later)
     constants = [controller.compensated_inertia, controller.compensation_filter]
     constants += [*hold_higher, *kept_higher, *_held_constants(held), *lines.constants]
     is_known = None not in sections and controller.matching is None

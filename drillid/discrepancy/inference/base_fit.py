@@ -84,9 +84,7 @@ def at_likeliest_interval(
     return best
 
 
-def fits_at_intervals(
-    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]
-) -> list[tuple[SetFit, float]]:
+def fits_at_intervals(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]) -> list[tuple[SetFit, float]]:
     """The fit, and where the interval of the control is not known those at other usual ones that are not far less
     likely, each with the logarithm of its posterior mass, up to a constant.
     """

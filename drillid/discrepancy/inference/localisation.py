@@ -1,5 +1,6 @@
 """Where along the well a cause begins and ends."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -59,31 +60,45 @@ def _explained(score: Floats, information: Floats, mask: Floats) -> float:
     return float((mask @ score) ** 2) / max(float(mask @ information @ mask), 1e-300) / 2
 
 
-def place_probability(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], index: int) -> float:
-    """Posterior probability that a cause sits within `PLACE_TOLERANCE` of its best fit's place, with a uniform prior.
+def fits_at_shapes(
+    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], index: int
+) -> list[tuple[float, SetFit]]:
+    """The fit, and those with one of its causes at other shapes, each with the distance from the fit's own shape.
 
-    At each place all other coordinates are fitted, starting from the optimum of the neighbouring place, and integrated
-    out by Laplace's approximation (Kass and Raftery 1995).
+    At each shape all other coordinates are fitted: at places along the pipe, and shapes as continuous, from the optimum
+    at the neighbouring one, else from that of the fit.
 
     Parameters
     ----------
-    index : of the extension, whose shape is its place along the pipe
+    index : of the extension
     """
-    log_posterior = {0: fit.mass}
-    for side in (-1, 1):
-        steps, neighbour = side, fit
-        while (elsewhere := _moved(extensions, index, steps * _STEP)) is not None:
-            neighbour = fit_set(model, neighbour.point, elsewhere, fit.cost + PLACE_NEGLIGIBLE)
-            log_posterior[steps] = neighbour.mass
-            steps += side
-    within = np.abs(list(log_posterior)) * _STEP <= PLACE_TOLERANCE
-    return float(softmax(list(log_posterior.values()))[within].sum())
+    cause, own = extensions[index].cause, extensions[index].shape
+    enough, found = fit.cost + PLACE_NEGLIGIBLE, [(0.0, fit)]
+    if cause.shape_step == 0:
+        for shape in cause.shapes:
+            if shape != own:
+                found.append((shape - own, fit_set(model, fit.point, _at(extensions, index, shape), enough)))
+        return found
+    for step in (-_STEP, _STEP):
+        shape, neighbour = own + step, fit
+        while min(cause.shapes) <= shape <= max(cause.shapes):
+            neighbour = fit_set(model, neighbour.point, _at(extensions, index, shape), enough)
+            found.append((shape - own, neighbour))
+            shape += step
+    return found
 
 
-def _moved(extensions: tuple[Extension, ...], index: int, distance: float) -> tuple[Extension, ...] | None:
-    """The extensions with one of them moved along the pipe, by a share of its length; None beyond its ends."""
-    extension = extensions[index]
-    shape = extension.shape + distance
-    if not min(extension.cause.shapes) <= shape <= max(extension.cause.shapes):
-        return None
-    return (*extensions[:index], replace(extension, shape=shape), *extensions[index + 1 :])
+def _at(extensions: tuple[Extension, ...], index: int, shape: float) -> tuple[Extension, ...]:
+    return (*extensions[:index], replace(extensions[index], shape=shape), *extensions[index + 1 :])
+
+
+def place_probability(at_places: Sequence[tuple[float, SetFit]]) -> float:
+    """Posterior probability that a cause sits within `PLACE_TOLERANCE` of its best fit's place, with a uniform prior;
+    all other coordinates are integrated out by Laplace's approximation (Kass and Raftery 1995).
+
+    Parameters
+    ----------
+    at_places : fits with the cause at all places along the pipe, each with the distance from the best fit's own
+    """
+    within = np.array([abs(distance) <= PLACE_TOLERANCE + _STEP / 2 for distance, _ in at_places])
+    return float(softmax([fit.mass for _, fit in at_places])[within].sum())

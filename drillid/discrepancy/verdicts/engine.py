@@ -25,6 +25,7 @@ from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, evidence_off_data_sheet
 from drillid.discrepancy.rules import (
     CLOSURE_RATE,
+    CONTENDER,
     DATA_SHEET_SHARE,
     DETECTIONS_SHARE,
     EVEN_ODDS,
@@ -38,9 +39,6 @@ from drillid.discrepancy.verdicts.from_detections import combine_with_detections
 from drillid.discrepancy.verdicts.from_responses import explain_responses
 from drillid.discrepancy.verdicts.verdict import NONE, Verdict, calibrated
 from drillid.errors import EstimationError
-
-_CONTENDERS = 4
-"""Number of the likeliest causes that are fitted at other intervals of the control."""
 
 
 def examine(
@@ -183,7 +181,8 @@ def _explained(
     """What explains the linear responses, at the likeliest interval of the control where the data sheet states none."""
     again = None
     if is_interval_free and likeliest.posterior is not None:
-        likely = [fit for fit in likeliest.posterior.fitted_causes[:_CONTENDERS] if fit.log_evidence > 0]
+        least = CONTENDER * max(likeliest.posterior.best.log_evidence, 0.0)
+        likely = [fit for fit in likeliest.posterior.fitted_causes if fit.log_evidence > least]
         again = _at_likeliest_interval(examination, likely, causes, generator)
         least = likeliest.posterior.best.fit.cost + interval_cost(examination.model)
         if again is not None and _cost(again) <= least:

@@ -9,7 +9,7 @@ from drillid.discrepancy.detectors.pooling import detection_gain
 from drillid.discrepancy.inference.base_fit import fits_at_intervals
 from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.held_out_gain import held_out_gain
-from drillid.discrepancy.inference.localisation import contiguous_windows, place_probability
+from drillid.discrepancy.inference.localisation import contiguous_windows, fits_at_shapes, place_probability
 from drillid.discrepancy.inference.screen import Screen, screen
 from drillid.discrepancy.inference.search import FittedCause
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
@@ -135,8 +135,11 @@ def _linear_verdict(
     result: Examination, fits: list[tuple[SetFit, float]], place: int, posterior: Posterior, fit: FittedCause
 ) -> Verdict:
     evidence = result.model.evidence
-    size, low, high = _size(result, fits, place)
     cause, rows = fit.extension.cause, result.extensions[place].windows
+    at_shapes = [] if cause.size.fixed else fits_at_shapes(result.model, result.extended, result.extensions, place)
+    interval_odds = fits[0][1] - fits[0][0].mass
+    fits = [*fits, *((other, other.mass + interval_odds) for _, other in at_shapes[1:])]
+    size, low, high = _size(result, fits, place)
     depth = evidence.operating_points.hole_depth if rows is None else evidence.operating_points.hole_depth[list(rows)]
     without = tuple(other for number, other in enumerate(result.extensions) if number != place)
     detected = own_detection(cause.name, result.detections)
@@ -159,7 +162,7 @@ def _linear_verdict(
         size_low=low,
         size_high=high,
         unit=cause.size.unit,
-        location_m=_location(result, place, members),
+        location_m=_location(result, place, members, at_shapes),
         predictive_gain=gain.value,
         predictive_gain_low=gain.low,
         predictive_gain_high=gain.high,
@@ -170,14 +173,16 @@ def _linear_verdict(
     )
 
 
-def _location(result: Examination, place: int, members: tuple[str, ...]) -> float:
+def _location(
+    result: Examination, place: int, members: tuple[str, ...], at_places: list[tuple[float, SetFit]]
+) -> float:
     """Measured depth of an extension along the string, m; NaN where the data do not determine it, or the class has a
     member without a place.
     """
     model, extensions = result.model, result.extensions
     if not all(CATALOGUE[name].is_place for name in members):
         return float("nan")
-    if place_probability(model, result.extended, extensions, place) < PLACE_CONFIDENCE:
+    if place_probability(at_places) < PLACE_CONFIDENCE:
         return float("nan")
     return extensions[place].shape * float(np.mean(model.length))
 

@@ -153,16 +153,24 @@ def test_what_looks_like_jitter_counts_for_a_held_record_alike(interval: float) 
     assert verdict.size_low <= interval <= verdict.size_high
 
 
-def examined_with(hidden: Hidden, seed: int) -> Examination:
+def examined_with(hidden: Hidden, seed: int, windows: int | None = None) -> Examination:
     """The examination of a cause that is hidden in a rig of the second world."""
-    return examine(evidence_of(replace(other_plain_case(seed)[0], hidden=(hidden,))), error_rate=ERROR_RATE)
+    return examine(evidence_of(replace(other_plain_case(seed, windows)[0], hidden=(hidden,))), error_rate=ERROR_RATE)
 
 
-def test_a_cause_that_is_likeliest_at_another_interval_of_the_control_is_found_there() -> None:
-    """At the interval that the base model takes, a lag and jitter are likelier than the filter."""
-    slow = Hidden("speed_filter", 0.01593262085712319, 0.23241964066298604)
-    found = examined_with(slow, 700167)
-    (verdict,) = found.verdicts
+@pytest.mark.parametrize(
+    ("seed", "windows", "slow"),
+    [
+        # at the interval that the base model takes, a lag and jitter are likelier
+        (700167, None, Hidden("speed_filter", 0.01593262085712319, 0.23241964066298604)),
+        # and so are filters of speed and torque
+        (700438, 1, Hidden("recorder_filter", 0.01717807124638789, 0.011889648557428023)),
+    ],
+)
+def test_a_cause_that_is_likeliest_at_another_interval_of_the_control_is_found_there(
+    seed: int, windows: int | None, slow: Hidden
+) -> None:
+    (verdict,) = examined_with(slow, seed, windows).verdicts
     assert verdict.cause == slow.name
     assert verdict.size_low <= slow.size <= verdict.size_high
 

@@ -17,7 +17,7 @@ from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.store import WellFolders
 from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict
 from drillid.discrepancy.inference.coordinates import COORDINATES, Extension, Point
-from drillid.discrepancy.inference.localisation import place_probability
+from drillid.discrepancy.inference.localisation import fits_at_shapes, place_probability
 from drillid.discrepancy.inference.set_fit import fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.predictive_gain import PredictiveGain
@@ -204,7 +204,7 @@ def test_a_place_is_stated_where_the_noise_permits(braked: Examination, noise: f
     evidence = braked.model.evidence
     model = SetModel(replace(evidence, variance=evidence.variance * noise))
     fit = fit_set(model, braked.extended.point, braked.extensions)
-    assert (place_probability(model, fit, braked.extensions, 0) > 0.95) == placed
+    assert (place_probability(fits_at_shapes(model, fit, braked.extensions, 0)) > 0.95) == placed
 
 
 def test_a_delay_of_the_record_is_read_as_one(examined: Examination) -> None:
