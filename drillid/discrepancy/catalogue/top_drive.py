@@ -76,7 +76,7 @@ class TorqueLimit(Cause):
     shared_by = "rig"
     headline = "the drive is limited to a torque of {size}: raise the limit, or expect more stick-slip"
     meaning = "the drive reaches its torque limit"
-    looks_like = ("torque_rate_limit",)
+    looks_like = ("torque_rate_limit", "actuator_gain")
     separated_by = "a sweep of smaller amplitude"
     action = "Compare it with the make-up torque of the connections before raising it."
     distorts_responses = True

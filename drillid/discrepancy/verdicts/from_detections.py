@@ -129,10 +129,14 @@ def _distorts_responses(examination: Examination, detections: list[PooledDetecti
         return False
     if all(verdict.verdict == UNKNOWN for verdict in linear):
         return True
-    # no linear cause explains a distorted response; one that does must have the evidence of a second cause
+    # no linear cause explains a distorted response, unless it looks like what distorts it, as less gain does like a
+    # limit; one that does must have the evidence of a second cause
     unscreened = [verdict.evidence_nats for verdict in linear if verdict.cause and CATALOGUE[verdict.cause].size.fixed]
     evidence = max(remaining_evidence(examination.before), *unscreened, 0.0)
-    stands = evidence > examination.base_rates.pair_penalty and examination.after.p_value >= CLOSURE_RATE
+    causes = [CATALOGUE[verdict.cause] for verdict in linear if verdict.cause]
+    is_alike = any(look_alike(CATALOGUE[detection.cause], cause) for detection in distorting for cause in causes)
+    is_second = evidence > examination.base_rates.pair_penalty and examination.after.p_value >= CLOSURE_RATE
+    stands = is_second and not is_alike
     own = {own_detection(verdict.cause, examination.detections) for verdict in linear if verdict.cause}
     detected = sum(detection.log_evidence for detection in examination.detections if detection.cause in own)
     return not stands and sum(detection.log_evidence for detection in distorting) > max(evidence, detected)

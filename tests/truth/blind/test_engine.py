@@ -187,6 +187,15 @@ def test_a_torque_that_falls_by_another_law_than_its_detector_knows_has_the_size
     assert 4 * own.size_error < verdict.size_high - verdict.size_low
 
 
+def test_the_lower_gain_that_a_limit_makes_is_no_second_cause() -> None:
+    limit = Hidden("torque_limit", 3349.6, 0.2217)
+    found = examined_with(limit, 700032)
+    assert found.p_value < 1e-20
+    (verdict,) = found.verdicts
+    assert verdict.verdict == "torque_limit"
+    assert verdict.size_low <= limit.size <= verdict.size_high
+
+
 def test_what_images_of_a_held_record_resemble_is_no_second_cause() -> None:
     held = Hidden("sample_and_hold", 0.0757742658584387, 0.7654680568085672)
     found = examined_with(held, 590054)
