@@ -11,6 +11,7 @@ import typer
 from drillid.commands.output import Json, faults_told, print_json, print_rows
 
 if TYPE_CHECKING:
+    from drillid.config.settings import Settings
     from drillid.fleet.command import RunOutcome
 
 Profile = Annotated[Path, typer.Option(help="Workflow profile.")]
@@ -100,7 +101,7 @@ def check_configuration(
     checked, findings = Checked(), list[Finding]()
 
     def rows() -> Iterator[tuple[str, str, str, str]]:
-        for finding in check(configuration, checked, logs=logs):
+        for finding in check(configuration, checked, logs=logs, later_stages=[_weigh_causes]):
             findings.append(finding)
             yield finding.row
 
@@ -112,6 +113,13 @@ def check_configuration(
     typer.echo(checked.summary(findings), err=True)
     fails = sum(finding.fails for finding in findings)
     raise typer.Exit(int(fails > 0))
+
+
+def _weigh_causes(settings: Settings) -> None:
+    if settings.discrepancy.cause_weights:
+        from drillid.discrepancy.base_rates import stated_base_rates
+
+        stated_base_rates(settings.discrepancy)
 
 
 def explain_result(

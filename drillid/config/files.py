@@ -109,6 +109,7 @@ def parse_yaml(text: str, where: str | Path) -> Any:
         if node is None:
             return None
         _Check(where).size(node)
+        _check_values(loader, node, where)
         return loader.construct_document(node)
     except yaml.MarkedYAMLError as error:
         raise _fault(error, text, where) from error
@@ -121,6 +122,19 @@ def parse_yaml(text: str, where: str | Path) -> Any:
     finally:
         if loader is not None:
             loader.dispose()
+
+
+def _check_values(loader: Any, node: yaml.Node, where: str | Path) -> None:
+    """Refuse a value that is not what its tag says, or has more digits than can be read."""
+    for child in _children(node):
+        _check_values(loader, child, where)
+    if isinstance(node, yaml.ScalarNode) and node.tag not in _TAGS_OF_KEYS:
+        try:
+            loader.construct_object(node)
+        except (ValueError, KeyError, IndexError) as error:
+            what = f"'{node.value[:40]}' cannot be read as {node.tag.rsplit(':', 1)[-1]}"
+            remedy = "Correct it, and leave out tags such as !!int"
+            raise SettingsError(f"{where}, line {node.start_mark.line + 1}", what, remedy) from error
 
 
 @functools.cache

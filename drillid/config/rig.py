@@ -174,6 +174,13 @@ class OtherLogs(Strict):
     file: LogFile | None = None
     """Their layout."""
 
+    @field_validator("files")
+    @classmethod
+    def _names_files(cls, pattern: str) -> str:
+        if not PurePath(pattern).name or pattern.endswith("/"):
+            raise KeyFault("", f"'{pattern}' is a folder, not a pattern of files", "Write it as in 'depth/*.csv'")
+        return pattern
+
     def match(self, log: Path) -> bool:
         """Whether a log is one of them, capital letters or not."""
         return PurePath(str(log).casefold()).match(self.files.casefold())
@@ -309,6 +316,18 @@ class Rig(Strict):
             raise KeyFault("channels", what, "Map it to the log's column of the injected torque, with its unit")
         for place, channels in described.items():
             _check_channels(channels, place)
+        return self
+
+    @model_validator(mode="after")
+    def _one_entry_for_each_run(self) -> Self:
+        begins = [run.from_depth for run in self.collars]
+        for place, depth in enumerate(begins):
+            if depth in begins[:place]:
+                what = f"another run begins at {depth:g} m as well"
+                remedy = (
+                    "Give each run's from_depth; collars of several sizes in one run are one entry, all their length"
+                )
+                raise KeyFault(f"collars.{place}.from_depth", what, remedy)
         return self
 
     def for_log(self, log: Path) -> Self:

@@ -1,6 +1,7 @@
 """Rows of a sheet as people write it: text with tabs, comments and the quotes of Excel."""
 
 import difflib
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,7 +43,8 @@ def sheet_rows(path: Path, model: type[Content]) -> Iterator[SheetRow[Content]]:
     SettingsError
         If the sheet as a whole cannot be used: it cannot be read, has no header, other columns or other separators.
     """
-    lines = read_text(path, _LARGEST_BYTES).splitlines()
+    # other separators, as of a text processor, belong to their cells
+    lines = re.split(r"\r\n|\n|\r", read_text(path, _LARGEST_BYTES))
     used = [number for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     if not used:
         header = "\t".join(name for name in model.model_fields if name not in _OPTIONAL)
@@ -51,11 +53,15 @@ def sheet_rows(path: Path, model: type[Content]) -> Iterator[SheetRow[Content]]:
     columns = _cells(lines[used[0] - 1])
     _check_columns(path, columns, model)
     for number in used[1:]:
-        yield _row(f"{path}, row {number}", columns, _cells(lines[number - 1]), model)
+        yield _row(f"{path}, row {number}", columns, lines[number - 1], model)
 
 
-def _row(where: str, columns: Sequence[str], cells: Sequence[str], model: type[Content]) -> SheetRow[Content]:
+def _row(where: str, columns: Sequence[str], line: str, model: type[Content]) -> SheetRow[Content]:
+    cells = _cells(line)
     named = dict.fromkeys(columns, "") | dict(zip(columns, cells, strict=False))
+    if _is_broken(line.split("\t")[-1].strip()):
+        fault = SettingsError(where, "holds a cell with a line break", "Remove it, so that the row is one line")
+        return SheetRow(where, named, fault=fault)
     if len(cells) > len(columns):
         what = f"has {len(cells)} cells below {len(columns)} columns"
         return SheetRow(where, named, fault=SettingsError(where, what, "Remove superfluous tabs from the row"))
@@ -92,6 +98,11 @@ def _cells(line: str) -> list[str]:
     while cells and not cells[-1]:
         cells.pop()
     return cells
+
+
+def _is_broken(cell: str) -> bool:
+    """Whether the last cell of a line opens a quote and does not close it, as Excel saves a cell of several lines."""
+    return cell.startswith('"') and cell.count('"') % 2 == 1
 
 
 def _plain(cell: str) -> str:

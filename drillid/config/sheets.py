@@ -216,6 +216,7 @@ def _add_logs(settings: "Settings", entries: dict[str, _Entry[WellRow]]) -> None
         if name not in entries:
             folder = folder_of(name)
             entries[name] = _Entry(folder_apart(name) if as_seen(folder) in taken else folder)
+            taken.add(as_seen(entries[name].folder))
         entry = entries[name]
         if row.content is None:
             entry.faults += [row.fault] if row.fault else []
@@ -243,6 +244,8 @@ class _Logs:
             entry.logs.append(Path(each))
 
     def _fault(self, where: str, log: str) -> SettingsError | None:
+        if not _is_text(log):
+            return SettingsError(where, f"the name of the log {log!a} is not in UTF-8", "Rename the file")
         before = self._seen.get(without_links(log))
         if before is not None:
             return _listed_twice(where, log, *before)
@@ -252,6 +255,15 @@ class _Logs:
             what = f"log '{log}' is a pattern, and patterns of addresses are not resolved"
             return SettingsError(where, what, "List each of them, or mount their folder")
         return None
+
+
+def _is_text(name: str) -> bool:
+    """Whether a file's name can be written; of bytes that are no UTF-8 Python makes characters that cannot."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _listed_twice(where: str, log: str, before: str, other: str) -> SettingsError:

@@ -90,10 +90,13 @@ def _explain_key(model: type[BaseModel], details: ErrorDetails) -> tuple[str, st
 
 
 def _description(model: type[BaseModel], path: tuple[int | str, ...]) -> str:
-    """The sentence on a key, which says its unit as well."""
+    """The sentence on a key, which says its unit as well; on an item, that of the key that holds it."""
     schema = model.model_json_schema()
-    node = _node(schema, path[:-1])
-    return str(_resolved(schema, node)["properties"][path[-1]].get("description", "")).rstrip(".")
+    for end in range(len(path), 0, -1):
+        properties = _resolved(schema, _node(schema, path[: end - 1])).get("properties", {})
+        if path[end - 1] in properties:
+            return " ".join(str(properties[path[end - 1]].get("description", "")).split()).rstrip(".")
+    return ""
 
 
 def _known_keys(model: type[BaseModel], path: tuple[int | str, ...]) -> list[str]:

@@ -78,16 +78,25 @@ def _counted(number: int, one: str, several: str) -> str:
     return f"{number} {one if number == 1 else several}"
 
 
-def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterator[Finding]:
+def check(
+    configuration: Path,
+    checked: Checked,
+    *,
+    logs: bool = True,
+    later_stages: Sequence[Callable[[Settings], object]] = (),
+) -> Iterator[Finding]:
     """Findings in the configuration, sheets, descriptions and, unless `logs` is false, in every log.
 
     Parameters
     ----------
     configuration : the file that a run is given
     checked : counts what has been looked at
+    later_stages : what stages after the records read of the settings, each of which raises SettingsError
     """
     settings = yield from _read(Settings.of_run, configuration)
     if settings is not None:
+        for stage in later_stages:
+            yield from _read(stage, settings)
         yield from _wells(settings, checked, logs)
         yield from _start_ups(settings, checked, logs)
 

@@ -70,7 +70,10 @@ def parse(text: Any, si_unit: str) -> float:
         If the text is not a number with a unit of the dimension of `si_unit`.
     """
     if isinstance(text, int | float) and not isinstance(text, bool):
-        return float(text)
+        try:
+            return float(text)
+        except OverflowError:
+            raise ValueError("the number is too large") from None
     number, unit = _number_and_unit(str(text), si_unit)
     return number * to_si_factor(unit, si_unit)
 
@@ -78,6 +81,8 @@ def parse(text: Any, si_unit: str) -> float:
 _NUMBER_AND_UNIT = re.compile(
     r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf))(?![\d,])\s*(.*)", re.IGNORECASE
 )
+_SECOND_NUMBER = re.compile(r"(?!1\s*/\s*[^\s\d])[\d.]")
+"""What no unit begins with, but for that of a rate, such as 1/s."""
 _FRACTION = re.compile(r"(?:(\d+)[\s-]+)?(\d+)/(\d+)\s*([^\s\d].*)")
 
 
@@ -94,6 +99,9 @@ def _number_and_unit(text: str, si_unit: str) -> tuple[float, str]:
         raise ValueError(f"'{text}' is not a number with a unit of {si_unit}, such as '1 {si_unit}'{comma}")
     if not match[2]:
         raise ValueError(f"'{text}' lacks its unit; write it after the number, such as '{match[1]} {si_unit}'")
+    if _SECOND_NUMBER.match(match[2]):
+        remedy = "write nothing between thousands, and a fraction as in '5-1/2 in'"
+        raise ValueError(f"'{text}' holds a further number after '{match[1]}'; {remedy}")
     return float(match[1]), match[2]
 
 

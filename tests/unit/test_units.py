@@ -76,6 +76,7 @@ def test_a_first_letter_but_k_is_no_prefix_of_what_pint_knows_by_the_others(unit
         ("38e3 N m s/rad", "N m s/rad", 38e3),
         ("-1 ms", "s", -0.001),
         ("50 1/s", "Hz", 50.0),
+        ("50 1 / s", "Hz", 50.0),
     ],
 )
 def test_a_quantity_is_a_number_with_its_unit(text: str, si_unit: str, value: float) -> None:
@@ -94,6 +95,11 @@ def test_a_bare_number_is_in_si() -> None:
         ("forty ms", "is not a number with a unit of s"),
         ("0,04 s", "write a point before the decimals, and nothing between thousands"),
         ("1,500 s", "write a point before the decimals, and nothing between thousands"),
+        ("1 500 s", "holds a further number after '1'; write nothing between thousands"),
+        ("1\u00a0500 s", "holds a further number after '1'; write nothing between thousands"),
+        ("5 1 / 2 s", "and a fraction as in '5-1/2 in'"),
+        ("5.0 1/2 s", "and a fraction as in '5-1/2 in'"),
+        ("2 5/8 3 s", "and a fraction as in '5-1/2 in'"),
         (True, "'True' is not a number"),
         (None, "'None' is not a number"),
     ],
@@ -102,3 +108,8 @@ def test_what_is_no_quantity_is_refused_with_its_reason(text: object, reason: st
     with pytest.raises(ValueError, match="'") as error:
         parse(text, "s")
     assert reason in str(error.value)
+
+
+def test_a_number_beyond_all_bounds_is_refused() -> None:
+    with pytest.raises(ValueError, match="too large"):
+        parse(10**400, "s")

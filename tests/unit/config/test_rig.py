@@ -25,6 +25,9 @@ def changed(**keys: Any) -> dict[str, Any]:
     return {key: value for key, value in {**TOY, **keys}.items() if value is not None}
 
 
+COLLARS = {"outer_diameter": "8 in", "inner_diameter": "2.8125 in", "length": "60 m"}
+
+
 @pytest.mark.parametrize(
     ("content", "what", "remedy"),
     [
@@ -68,6 +71,14 @@ def changed(**keys: Any) -> dict[str, Any]:
             "Swap the values of 'outer_diameter' and 'inner_diameter'",
         ),
         (changed(collars=[SWAPPED | {"length": "1 m"}]), "'collars.0': outer 100 mm is smaller", "Swap the values"),
+        (
+            changed(collars=[COLLARS, COLLARS | {"outer_diameter": "6.5 in"}]),
+            "'collars.1.from_depth': another run begins at 0 m as well",
+            "collars of several sizes in one run are one entry",
+        ),
+        (changed(other_logs=[{"files": "."}]), "'other_logs.0.files': '.' is a folder", "depth/*.csv"),
+        (changed(other_logs=[{"files": "depth/"}]), "'other_logs.0.files': 'depth/' is a folder", "depth/*.csv"),
+        (changed(file={"null_values": [-999, float("nan")]}), "'file.null_values.1'", "Correct the value"),
         (
             changed(pipe={"outer_diameter": "5 in", "inner_diameter": "127 mm"}),
             "'pipe': outer and inner diameter are the same, 127 mm",

@@ -94,6 +94,11 @@ def test_numbers_that_are_not_finite_or_negative_are_refused(name: str, value: f
         ({"fits": {"starts": "many"}}, "'fits.starts': Input should be a valid integer", "Correct the value"),
         ({"fits": {"start": 3}}, "unknown key 'fits.start'", "Did you mean 'starts'?"),
         ({"wells": 3}, "'wells': 3 is not text", "Put it in quotation marks"),
+        (
+            {"discrepancy": {"cause_weights": {"unknown": 0}}},
+            "'discrepancy.cause_weights.unknown': 0 should be greater than 0",
+            "(How much more common a cause, or `unknown`, is than another",
+        ),
     ],
 )
 def test_a_setting_beyond_its_bounds_is_named_with_its_meaning(content: Any, what: str, remedy: str) -> None:

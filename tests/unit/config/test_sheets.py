@@ -1,5 +1,6 @@
 """Sheets: what is read, and that every mistake names sheet, row and remedy."""
 
+import os
 import re
 from pathlib import Path
 
@@ -76,6 +77,34 @@ def test_a_mistake_in_a_row_names_row_and_remedy_and_is_of_its_well_alone(
     assert found["W2"].logs == (Path("b.csv"),)
     assert len({folder.casefold() for folder in found}) == len(found)
     assert all(re.fullmatch(SAFE, folder) for folder in found)
+
+
+def test_unknown_wells_that_would_share_a_folder_are_all_told(tmp_path: Path) -> None:
+    settings = settings_for(tmp_path, logs=LOGS + "X 1\td.csv\nX/1\te.csv\nx-1\tf.csv\n")
+    assert list(faults_in(settings)) == ["X 1", "X/1", "x-1"]
+    assert len({folder.casefold() for folder in read_sheets(settings)}) == 5
+
+
+@pytest.mark.parametrize("separator", ["\u2028", "\x85", "\v", "\f"])
+def test_a_cell_keeps_what_a_text_processor_puts_between_its_lines(tmp_path: Path, separator: str) -> None:
+    wells = f"well\trig\tdescription\ttool\nW1\ttoy\tfirst{separator}second\tmotor 5\nW2\ttoy\t\t\n"
+    found = read_sheets(settings_for(tmp_path, wells))
+    assert list(found) == ["W1", "W2"]
+    assert (found["W1"].tool, found["W1"].faults) == ("motor 5", ())
+
+
+def test_a_cell_of_several_lines_is_a_fault_of_its_row(tmp_path: Path) -> None:
+    faults = faults_in(settings_for(tmp_path, WELLS + 'W3\ttoy\t"first\nsecond"\n', LOGS + "W3\td.csv\n"))
+    assert "row 6: holds a cell with a line break" in faults["W3"][0]
+
+
+def test_a_log_whose_name_is_not_utf_8_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path(os.fsdecode(b"br\xf8nn.csv")).touch()
+    faults = faults_in(settings_for(tmp_path, logs="well\tlog\nW1\ta.csv\nW2\tb*.csv\n"))
+    assert faults["W2"] == [
+        f"{tmp_path}/logs.tsv, row 3: the name of the log 'br\\udcf8nn.csv' is not in UTF-8. Rename the file"
+    ]
 
 
 def test_of_a_well_whose_row_is_refused_nothing_else_is_said(tmp_path: Path) -> None:

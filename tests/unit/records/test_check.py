@@ -232,3 +232,11 @@ def test_the_command_prints_a_row_a_finding_and_its_exit_code_says_whether_a_run
         "Correct each row marked 'fails' as its remedy says, and check again"
     ]
     assert CliRunner().invoke(app, ["check", "--no-logs", str(folder / "config.yaml")]).exit_code == 0
+
+
+def test_a_weight_of_what_is_no_cause_is_found_before_a_run(folder: Path) -> None:
+    with (folder / "config.yaml").open("a") as configuration:
+        configuration.write("discrepancy: {cause_weights: {drive_lagg: 5}}\n")
+    failing = CliRunner().invoke(app, ["check", "--no-logs", str(folder / "config.yaml")])
+    assert failing.exit_code == 1
+    assert "no cause is called drive_lagg\tDid you mean 'drive_lag'?" in failing.stdout
