@@ -281,11 +281,12 @@ def _coupling(rig: NonlinearRig, counts: tuple[int, ...]) -> CouplingTable:
     return CouplingTable(spring, float(law.torque[0]), spacing, np.gradient(law.twist, spacing))
 
 
+def _steps_between_readings(rig: NonlinearRig, time_step: float) -> int:
+    return whole_steps("control interval", rig.control_interval, time_step) if rig.control_interval > 0 else 1
+
+
 def _control(rig: NonlinearRig, time_step: float) -> Control:
-    every = 1
-    if rig.control_interval > 0:
-        every = whole_steps("control interval", rig.control_interval, time_step)
-    controller = rig.system.top_drive.controller
+    every, controller = _steps_between_readings(rig, time_step), rig.system.top_drive.controller
     return Control(
         float(controller.proportional),
         float(controller.integral),
@@ -320,8 +321,10 @@ def _matching(controller: Controller) -> tuple[float, float, float, float]:
 
 def _drive(rig: NonlinearRig, time_step: float) -> Drive:
     top_drive, limits = rig.system.top_drive, rig.limits
+    # interpolation between steps centres the jumps of a held command half a step before they are commanded
+    early = time_step / 2 if _steps_between_readings(rig, time_step) > 1 else 0.0
     return Drive(
-        float(top_drive.delay),
+        float(top_drive.delay) + early,
         float(top_drive.lag),
         float(top_drive.gain),
         float(limits.torque),

@@ -79,7 +79,8 @@ class Equipment:
     @property
     def delay(self) -> float:
         """Effective delay, s, including the hold of the command between two speed readings."""
-        return float(self.top_drive.delay + (self.control_interval - TIME_STEP) / 2)
+        held = self.control_interval if self.control_interval > TIME_STEP else 0.0
+        return float(self.top_drive.delay + held / 2)
 
 
 def draw_equipment(generator: np.random.Generator) -> Equipment:

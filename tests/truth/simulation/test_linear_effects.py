@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from drillid.discrepancy.catalogue.cause import WindowModel
 from drillid.errors import SettingsError
 from drillid.physics.attachments import MountedInertia, Relaxation, with_joint, with_law, with_lump
 from drillid.physics.damping import ConstantLossFactor, DampingLaw, HystereticLoss, RootDrag, StokesLayerDrag
@@ -28,6 +29,7 @@ from drillid.physics.nonlinear import (
     Weakening,
 )
 from drillid.physics.responses import command_mobility, laplace, string_torque
+from drillid.physics.sensor import Recording
 from drillid.physics.strings import String
 from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
 from tests.truth.rigs import (
@@ -154,10 +156,26 @@ def test_blades_feed_back_what_they_cut_a_blade_time_ago() -> None:
 
 
 def test_sampled_control_holds_its_command_half_an_interval_longer() -> None:
-    """A continuous command is already interpolated between steps, which a held one is not."""
     rig = NonlinearRig(SYSTEM, control_interval=2 * TIME_STEP)
-    assert mobility_error(rig, top(delay=TOP_DRIVE.delay + TIME_STEP / 2)) < LARGEST_ERROR
+    assert mobility_error(rig, top(delay=TOP_DRIVE.delay + TIME_STEP)) < LARGEST_ERROR
     assert mobility_error(rig, SYSTEM) > 3 * LARGEST_ERROR
+
+
+@pytest.mark.parametrize("step", [TIME_STEP, 2 * TIME_STEP])
+def test_sampled_control_has_its_delay_whatever_the_time_step(step: float) -> None:
+    interval, frequency, seconds, speed = 0.02, 1.0, 60.0, 10.0
+    time = np.arange(round(seconds / step)) * step
+    sweep = 100.0 * np.sin(2 * np.pi * frequency * time)
+    rig = NonlinearRig(SYSTEM, control_interval=interval)
+    steady = np.full(time.size, speed), np.zeros(time.size)
+    result = simulate(rig, sweep, *steady, sample_interval=interval, time_step=step)
+    late = round(20.0 / interval)
+    turning = np.exp(-2j * np.pi * frequency * result.time[-late:])
+    # 100 sin(ωt) is −100j at its frequency, by a factor that both sums have
+    measured = 2 / late * (result.speed[-late:] - speed) @ turning / -100j
+    held = top(delay=TOP_DRIVE.delay + interval / 2)
+    expected = WindowModel(held, Recording(), control_interval=interval).mobility(laplace(np.array([frequency])))
+    assert abs(measured / expected.item() - 1) < 1e-3
 
 
 def test_a_gear_whose_teeth_stay_in_contact_is_nearly_rigid() -> None:
