@@ -42,7 +42,7 @@ def test_a_well_that_grows_ends_in_every_stage_as_if_all_logs_had_come_at_once(t
         [tmp_path / f"D03_20250601T0{6 + hour}00.csv" for hour in range(3)],
     )
     for stand, path in enumerate(logs):
-        write_demo_log("D03", stand, path, SimulateSettings(drilling_s=620.0, connection_s=60.0))
+        write_demo_log("D03", stand, path, SimulateSettings(drilling_s=320.0, connection_s=60.0))
     settings = Settings.checked({"windows": {"length_s": 300.0}, "figures": {"dpi": 60}}, "test")
     for results, nights in (("grown", (logs[:2], logs)), ("at once", (logs,))):
         for known in nights:
