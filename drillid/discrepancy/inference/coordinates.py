@@ -31,7 +31,9 @@ COORDINATES = (
     "hold",
     "reading",
 )
-"""Coordinates of a window, of order one; the pipe's length, polar moment and the gains are relative changes."""
+"""Coordinates of a window, of order one; the pipe's length, polar moment and the gains are relative changes, and damping
+and inertia at the bit are relative to the pipe's polar moment.
+"""
 SHARED = len(COORDINATES)
 """Number of shared coordinates."""
 LOCAL = (0, 1, 6, 7)
@@ -40,9 +42,9 @@ DATA_SHEET = (2, 3, 4, 5, 8, 9, 10)
 """Indices of the coordinates that data sheets state with a tolerance."""
 RELATIVE = (2, 3, 8, 9)
 """Indices of the coordinates that are relative changes."""
-IMPEDANCES = (3, 5, 6, 8, 9)
-"""Indices of the coordinates by which torques per speed grow: with all of these and the inertias of collars and bit
-times a factor, mobilities are divided by it."""
+IMPEDANCES = (3, 5, 8, 9)
+"""Indices of the coordinates by which torques per speed grow: with all of these and the inertia of collars times a
+factor, mobilities are divided by it."""
 _NOT_MEASURED = np.isin(COORDINATES, ("polar_moment", "delay", "inertia_td", "inertia_bit", "P", "I"))
 """(14,) which coordinates no one on the rig measures, so that their values are now and then plainly wrong."""
 DEGREES = np.where(_NOT_MEASURED, float(STUDENT_TAIL), np.inf)
@@ -126,7 +128,7 @@ class Point:
         """The point with impedances times a factor; those of the collars, which a tally states, remain."""
         offset = np.isin(np.arange(SHARED), RELATIVE).astype(float)
         scaled = np.where(np.isin(np.arange(SHARED), IMPEDANCES), factor * (self.shared + offset) - offset, self.shared)
-        return replace(self, shared=scaled, local=self.local * np.where(np.isin(LOCAL, IMPEDANCES), factor, 1.0))
+        return replace(self, shared=scaled)
 
     def without(self, place: int) -> "Point":
         """The point without one of the causes."""

@@ -111,7 +111,7 @@ class SetModel:
         shared[2] = np.nanmedian(fitted[:, LENGTH] / self.length[:, 0]) - 1
         shared[3] = _middle(fitted, 3) / self.polar_moment - 1
         shared[4], shared[5] = _middle(fitted, 4) / _DELAY, _middle(fitted, 5) / _INERTIA
-        shared[7] = (_middle(fitted, 7) - self.collar_inertia) / _LUMP
+        shared[7] = (_middle(fitted, 7) - self.collar_inertia) / _LUMP / (1 + shared[3])
         return Point(shared, np.zeros((self.evidence.windows, len(LOCAL))), np.empty(0))
 
     def expected(self) -> Point:
@@ -134,11 +134,13 @@ class SetModel:
         collars = replace(pipe, length=sheet.collar_length, polar_moment=sheet.collar_polar_moment)
         controller = replace(self.controller, proportional=proportional, integral=integral)
         string = (pipe, collars) if sheet.collar_length else (pipe,)
+        # how windows deviate is estimated once, and holds whatever impedance the pipe is given later
+        relative = polar / self.polar_moment
         return WindowModel(
             DrillingSystem(
                 TopDrive(inertia, delay, controller, hold_variance=hold),
                 string,
-                Bit(lump, damping),
+                Bit(lump * relative, damping * relative),
             ),
             Recording(clock_offset=clock, hold_variance=reading),
             control_interval=interval,
