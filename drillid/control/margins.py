@@ -157,10 +157,11 @@ def unstable_poles(
     Raises
     ------
     EstimationError
-        If a pole lies on the imaginary axis, or the phase of 1 + L still changes at the highest frequency.
+        If a pole lies on the imaginary axis, the phase of 1 + L still changes at the highest frequency, or L is not
+        finite somewhere.
     """
     frequency = np.geomspace(lowest, highest, 1200)
-    values = 1 + np.asarray(loop(laplace(frequency)), dtype=complex)
+    values = _return_difference(loop, frequency)
     for _ in range(_MOST_HALVINGS):
         steps = np.angle(values[..., 1:] / values[..., :-1])
         wide = np.abs(steps) > _LARGEST_TURN
@@ -169,12 +170,22 @@ def unstable_poles(
             return _count(steps.sum(axis=-1), values, integrating) + open_loop
         between = np.sqrt(frequency[coarse] * frequency[coarse + 1])
         frequency = np.insert(frequency, coarse + 1, between)
-        values = np.insert(values, coarse + 1, 1 + np.asarray(loop(laplace(between)), dtype=complex), axis=-1)
+        values = np.insert(values, coarse + 1, _return_difference(loop, between), axis=-1)
     raise EstimationError(
         "stability of the loop",
         "a pole lies on the imaginary axis",
         "Change the gains slightly; they are at the stability limit",
     )
+
+
+def _return_difference(loop: Loop, frequency: Floats) -> Complex:
+    """1 + L (..., frequency)."""
+    values = 1 + np.asarray(loop(laplace(frequency)), dtype=complex)
+    if not np.all(np.isfinite(values)):
+        raise EstimationError(
+            "stability of the loop", "its transfer is not finite at some frequency", "Check the system's parameters"
+        )
+    return values
 
 
 def _count(turned: Floats, values: Complex, integrating: bool) -> Integers:

@@ -41,8 +41,8 @@ def speed_control(
     rock = Cutting(settings.bit_torque_slow_m, settings.bit_torque_fast_m, Weakening(settings.bit_torque_rpm * RPM))
     values = {name: np.full(weight.size, np.nan) for name in VARIABLES}
     for row, (own, shared) in enumerate(zip(models, joint, strict=True)):
-        stability = {} if own is None else _stability(first_sample(own.system), rock, float(weight[row]))
-        tuned = {} if shared is None else _settings(first_sample(shared.system))
+        stability = {} if own is None else _stability(first_sample(own.continuous_system), rock, float(weight[row]))
+        tuned = {} if shared is None else _settings(first_sample(shared.continuous_system))
         for name, value in (stability | tuned).items():
             values[name][row] = value
     return values

@@ -28,6 +28,7 @@ from drillid.control.tuning import (
     sampled_systems,
     tune,
 )
+from drillid.discrepancy.catalogue import WindowModel
 from drillid.errors import EstimationError, SettingsError
 from drillid.excitation.torques import coloured_noise
 from drillid.figures.control import draw_bit_mobility, draw_stick_slip_map
@@ -45,6 +46,7 @@ from drillid.physics.equipment import (
 from drillid.physics.modes import modes
 from drillid.physics.nonlinear import Cutting, NonlinearRig, Weakening
 from drillid.physics.responses import bit_mobility, command_mobility, laplace, torque_mobility
+from drillid.physics.sensor import Recording
 from drillid.simulation.simulate import TIME_STEP, simulate
 from tests.drawn import check_visible, line
 from tests.simulated import DEEP
@@ -166,16 +168,37 @@ def test_tuned_control_is_stable_where_the_bit_feeds_vibration() -> None:
 
 def test_gain_margin_is_where_the_simulated_rig_begins_to_vibrate() -> None:
     limit = float(margins(lambda s: loop_transfer(amplified(1.0), s)).gain)
-    growth = []
-    for factor in (0.97, 1.03):
-        steps = round(30 / TIME_STEP)
-        sweep = np.zeros(steps)
-        sweep[:200] = 100.0
-        result = simulate(amplified(factor * limit), sweep, np.full(steps, 10.5), np.zeros(steps))
-        early, late = np.array_split(result.speed - 10.5, 3)[1:]
-        growth.append(float(np.std(np.diff(late)) / np.std(np.diff(early))))
+    growth = [top_drive_growth(NonlinearRig(amplified(factor * limit))) for factor in (0.97, 1.03)]
     assert growth[0] < 0.8
     assert growth[1] > 1.25
+
+
+def top_drive_growth(rig: NonlinearRig) -> float:
+    """Acceleration of the simulated top drive in the last third of 30 s after a pulse, per that in the second."""
+    steps = round(30 / TIME_STEP)
+    sweep = np.zeros(steps)
+    sweep[:200] = 100.0
+    result = simulate(rig, sweep, np.full(steps, 10.5), np.zeros(steps))
+    early, late = np.array_split(result.speed - 10.5, 3)[1:]
+    return float(np.std(np.diff(late)) / np.std(np.diff(early)))
+
+
+@pytest.mark.parametrize("interval", [0.02, 0.03, 0.05])
+def test_a_held_control_has_the_gain_margin_of_its_continuous_system(interval: float) -> None:
+    """Within 10 %: a simulated rig whose control holds begins to vibrate there."""
+    system = amplified(1.0)
+    late = replace(system.top_drive, delay=system.top_drive.delay + interval / 2)
+    held = WindowModel(replace(system, top_drive=late), Recording(), control_interval=interval).held()
+    limit = float(margins(partial(loop_transfer, held.continuous_system)).gain)
+    assert is_stable(held.continuous_system)
+    stable, unstable = (NonlinearRig(amplified(factor * limit), control_interval=interval) for factor in (0.9, 1.1))
+    assert top_drive_growth(stable) < 0.8
+    assert top_drive_growth(unstable) > 1.25
+
+
+def test_a_loop_that_is_not_finite_is_no_stable_one() -> None:
+    with pytest.raises(EstimationError, match="not finite"):
+        unstable_poles(lambda s: np.where(s.imag > 100.0, np.nan, 1 / s), integrating=True)
 
 
 TUNED: list[tuple[Family, Goal]] = [

@@ -327,7 +327,8 @@ def test_a_well_without_any_fit_gets_no_verdict(lagging: Processed, tmp_path: Pa
 def test_the_control_can_be_tuned_for_the_extended_rig(lagging: Processed) -> None:
     window_model = identified_window_models(lagging.dataset("discrepancy", "examination"))[0]
     reached, truth = (
-        margins(lambda s, system=system: loop_transfer(system, s)) for system in (window_model.system, LAGGING.system)
+        margins(lambda s, system=system: loop_transfer(system, s))
+        for system in (window_model.continuous_system, LAGGING.system)
     )
     assert reached.modulus == pytest.approx(truth.modulus, rel=0.1)
     assert reached.delay == pytest.approx(truth.delay, rel=0.2)

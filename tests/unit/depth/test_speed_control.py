@@ -47,6 +47,15 @@ def test_settings_are_those_of_the_model_of_all_windows_and_stability_of_the_win
     assert values["tuned_proportional"][0] != pytest.approx(tune(SHALLOW.system).controller.proportional)
 
 
+@pytest.mark.parametrize("interval", [0.02, 0.03, 0.05])
+def test_a_control_that_holds_is_tuned_as_a_continuous_one_of_its_delay(interval: float) -> None:
+    held = WindowModel(SHALLOW.system, Recording(), control_interval=interval).held()
+    values, expected = (speed_control([model], [model], np.array([1e5]), DepthSettings()) for model in (held, MODEL))
+    for name in VARIABLES:
+        np.testing.assert_allclose(values[name], expected[name], rtol=1e-9)
+        assert np.isfinite(values[name]).all()
+
+
 def test_tuned_gains_vibrate_less() -> None:
     values = found(DepthSettings(tuning_interval_m=1000.0))
     assert 0 < values["tuned_vibration"][-1] <= 1
