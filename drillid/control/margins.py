@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from drillid.arrays import Complex, Floats, Integers
+from drillid.arrays import Booleans, Complex, Floats, Integers
 from drillid.errors import EstimationError
 from drillid.physics.equipment import Controller, DrillingSystem, window_shape
 from drillid.physics.responses import bit_mobility, laplace, string_admittance
@@ -136,7 +136,12 @@ def _phase_margins(size: Floats, turn: Floats, step: Floats, frequency: Floats) 
 
 
 def unstable_poles(
-    loop: Loop, *, integrating: bool, open_loop: Integers | int = 0, lowest: float = 1e-4, highest: float = 200.0
+    loop: Loop,
+    *,
+    integrating: Booleans | bool,
+    open_loop: Integers | int = 0,
+    lowest: float = 1e-4,
+    highest: float = 200.0,
 ) -> Integers:
     """Poles of the closed loop in the right half plane by the Nyquist criterion.
 
@@ -147,7 +152,7 @@ def unstable_poles(
     Parameters
     ----------
     integrating : whether L grows as 1/s towards low frequency
-    open_loop : poles of L in the right half plane; of the shape of the loop's leading axes, or one for all
+    open_loop : poles of L in the right half plane; both of the shape of the loop's leading axes, or one for all
     lowest, highest : Hz, beyond which the phase of 1 + L must be constant
 
     Returns
@@ -188,10 +193,10 @@ def _return_difference(loop: Loop, frequency: Floats) -> Complex:
     return values
 
 
-def _count(turned: Floats, values: Complex, integrating: bool) -> Integers:
+def _count(turned: Floats, values: Complex, integrating: Booleans | bool) -> Integers:
     # beyond the grid 1 + L tends to ∓j∞ or a real number at low frequency, and to a positive one at high; +j∞ and a
     # negative number begin half a turn away on the positive real axis of s, as for an odd number of poles
-    begin = -np.pi / 2 if integrating else 0.0
+    begin = np.where(integrating, -np.pi / 2, 0.0)
     beyond = np.angle((values[..., 0] * np.exp(-1j * begin)) ** 2) / 2 - np.angle(values[..., -1])
     poles = -(begin + turned + beyond) / np.pi
     whole = np.rint(poles)
@@ -224,5 +229,6 @@ def is_stable(system: DrillingSystem) -> bool:
 
 def is_stable_loop(loop: Loop, controller: Controller, open_loop: Integers | int = 0) -> bool:
     """Whether every sample of a loop under this controller is stable when closed; see `unstable_poles`."""
-    integrating = bool(np.all(np.asarray(controller.integral) != 0))
+    integral = np.asarray(controller.integral)
+    integrating = (integral[..., 0] if integral.ndim else integral) != 0
     return not np.any(unstable_poles(loop, integrating=integrating, open_loop=open_loop))

@@ -392,3 +392,16 @@ def test_complex_loops_keep_their_leading_axes() -> None:
         return np.asarray(np.array([[0.5], [40.0]]) * np.exp(-0.1 * s) / s, dtype=complex)
 
     np.testing.assert_array_equal(unstable_poles(loop, integrating=True), [0, 2])
+
+
+def test_samples_with_and_without_integral_are_counted_alike() -> None:
+    """As each alone, of which the last is unstable."""
+    gains = ((1500.0, 0.0), (1500.0, 800.0), (60000.0, 0.0))
+    proportional, integral = np.array(gains).T[..., None]
+    together = controlled_by(DEEP.system, Controller(proportional, integral))
+    alone = [is_stable(controlled_by(DEEP.system, Controller(*each))) for each in gains]
+    assert alone == [True, True, False]
+    stable = controlled_by(DEEP.system, Controller(proportional[:2], integral[:2]))
+    assert is_stable(stable)
+    counts = unstable_poles(partial(loop_transfer, together), integrating=integral[:, 0] != 0)
+    assert (counts == 0).tolist() == alone
