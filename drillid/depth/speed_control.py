@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drillid.arrays import Booleans, Floats
-from drillid.control.stick_slip import critical_slope, lowest_stable_speed
+from drillid.control.stick_slip import critical_slope, lowest_stable_speed, stable_without_rock
 from drillid.control.tuning import first_sample, tune
 from drillid.errors import EstimationError
 from drillid.physics.nonlinear import Cutting, Weakening
@@ -57,11 +57,16 @@ def tuned_rows(depth: Floats, accepted: Booleans, interval_m: float) -> Booleans
 
 
 def _stability(system: DrillingSystem, rock: Cutting, weight: float) -> dict[str, float]:
-    """Critical fall of torque, and the speed below which the rock's law falls faster; infinite where it always does."""
+    """Critical fall of torque, and the speed below which the rock's law falls faster; infinite where it always does.
+
+    Under a control that is unstable without the rock no speed is stable, and no fall of torque is the critical one.
+    """
     try:
+        if not stable_without_rock(system):
+            return {"lowest_stable_speed": np.inf}
         slope, frequency = critical_slope(system)
     except EstimationError:
-        # no fall of torque destabilises it
+        # no fall of torque destabilises it, or it lies at the limit of stability
         return {}
     stability = {"critical_slope": slope, "critical_frequency": frequency}
     if slope < 0:

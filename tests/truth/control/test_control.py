@@ -315,6 +315,21 @@ def test_damping_of_the_bit_adds_to_the_critical_slope_even_below_zero(controlle
     assert (slope > 0) == is_stable(system)
 
 
+def test_a_control_that_makes_the_simulated_rig_vibrate_without_rock_has_no_stable_speed() -> None:
+    """Its growing modes at the bit are no matter of the rock, nor is the next mode's limit the rig's."""
+    unstable = Controller(50000.0, 10000.0)
+    system = controlled_by(DEEP.system, unstable)
+    assert top_drive_growth(NonlinearRig(system)) > 1.25
+    with pytest.raises(EstimationError, match="unstable without the rock"):
+        critical_slope(system)
+    found = stick_slip_map(DEEP.system, CUTTING, np.array([5e4, 1e5]), {"unstable": unstable, "soft": SOFT})
+    assert np.all(found.speed["unstable"] == np.inf)
+    assert np.isnan(found.frequency["unstable"])
+    assert np.all(np.isfinite(found.speed["soft"]))
+    legend = draw_stick_slip_map(found).axes[0].get_legend_handles_labels()[1]
+    assert legend == ["unstable: unstable", f"soft: vibrates at {found.frequency['soft']:.2f} Hz"]
+
+
 @pytest.mark.parametrize("weight", [5e4, 1e5, 2e5])
 def test_lowest_speed_of_an_exponential_law(weight: float) -> None:
     """−T' = W Δ/Ω_s e^(−Ω/Ω_s) = g, so Ω = Ω_s ln(W Δ/(Ω_s g)); without enough weight no speed is unstable."""
