@@ -78,7 +78,7 @@ class Tuning:
     value: float
     """Goal of the worst sample; (rad/(N m s)), its square, or s² rad/(N m s), depending on the goal."""
     present: float
-    """The same for the present controller."""
+    """The same for the present controller; infinite where it is unstable."""
     margins: Margins
     """Margins of each sample."""
 
@@ -199,19 +199,30 @@ def tune(
 
     margins_to_keep, loops, growing = required or RequiredMargins(), Loops(system), growing_poles(system)
     build, axes = _family(system, family, stiffness)
-    present = float(np.max(bit_vibration(system, goal, band)))
+
+    def vibration(candidate: Controller) -> float:
+        """Of the worst sample; infinite where one is not stable."""
+        try:
+            stable = is_stable_loop(loops.under(candidate), candidate, growing)
+        except EstimationError:
+            # at the limit of stability
+            stable = False
+        if not stable:
+            return np.inf
+        worst = float(np.max(bit_vibration(controlled_by(system, candidate), goal, band)))
+        return worst if np.isfinite(worst) else np.inf
+
+    present = vibration(system.top_drive.controller)
+    unit = present if np.isfinite(present) else 1.0
 
     def cost(settings: Any) -> float:
         inside = [np.clip(setting, axis[0], axis[-1]) for setting, axis in zip(settings, axes, strict=True)]
         outside = float(np.sum(np.abs(np.asarray(settings) - inside)))
         candidate = build(*inside)
-        loop = loops.under(candidate)
-        shortfall = margins_to_keep.shortfall(margins(loop))
+        shortfall = margins_to_keep.shortfall(margins(loops.under(candidate)))
         if shortfall + outside > 0:
             return _INFEASIBLE * (1 + shortfall + outside)
-        if not is_stable_loop(loop, candidate, growing):
-            return 10 * _INFEASIBLE
-        return float(np.max(bit_vibration(controlled_by(system, candidate), goal, band))) / present
+        return min(vibration(candidate) / unit, 10 * _INFEASIBLE)
 
     coarse = min(itertools.product(*axes), key=cost)
     if cost(coarse) >= _INFEASIBLE:
@@ -222,8 +233,8 @@ def tune(
     simplex = [np.array(coarse)] + [np.array(coarse) + step * np.eye(len(axes))[row] for row, step in enumerate(steps)]
     options = {"maxfev": _EVALUATIONS, "initial_simplex": np.stack(simplex), "xatol": 1e-3, "fatol": 1e-5}
     result = minimize(cost, coarse, method="Nelder-Mead", options=options)
-    controller = build(*result.x)
-    return Tuning(controller, float(result.fun) * present, present, margins(loops.under(controller)))
+    tuned = build(*result.x)
+    return Tuning(tuned, float(result.fun) * unit, present, margins(loops.under(tuned)))
 
 
 def _family(system: DrillingSystem, family: Family, stiffness: float) -> tuple[Callable[..., Controller], list[Floats]]:

@@ -250,6 +250,22 @@ def test_tuned_control_calms_the_simulated_bit(tuning: tuple[Tuning, Goal]) -> N
     assert spread["tuned"] < 0.8 * spread["stiff"]
 
 
+@pytest.mark.parametrize("goal", ["peak", "mean square", "decay"])
+def test_settings_do_not_depend_on_a_present_control_that_is_unstable(goal: Goal) -> None:
+    pair = drilling_system(
+        np.stack([DEEP.parameters, DEEP.parameters * np.where(SPREAD == 0.01, 0.99, 1.0)]), DEEP.known
+    )
+    unstable = controlled_by(pair, Controller(50000.0, 10000.0))
+    assert not is_stable(unstable)
+    found, expected = tune(unstable, goal=goal), tune(controlled_by(pair, SOFT), goal=goal)
+    assert found.present == np.inf
+    assert np.isfinite(expected.present)
+    assert found.value == pytest.approx(expected.value, rel=1e-3)
+    assert found.controller.proportional == pytest.approx(expected.controller.proportional, rel=0.02)
+    assert found.controller.integral == pytest.approx(expected.controller.integral, rel=0.02)
+    assert is_stable(controlled_by(pair, found.controller))
+
+
 def test_goals_agree_with_their_definitions() -> None:
     system = drilling_system(DEEP.parameters, DEEP.known)
     size = np.abs(bit_mobility(system, laplace(np.linspace(0.05, 3.0, 30000))))
