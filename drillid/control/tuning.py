@@ -8,12 +8,13 @@ from typing import Any, Literal
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.control.margins import Loops, Margins, growing_poles, is_stable_loop, margins
+from drillid.control.margins import Loops, Margins, is_stable_loop, margins
 from drillid.errors import EstimationError, SettingsError
 from drillid.physics.eight_parameters import KnownEquipment, drilling_system
 from drillid.physics.equipment import Controller, DrillingSystem, ImpedanceMatching, of_window, window_shape
 from drillid.physics.parameters import BOUNDS
 from drillid.physics.responses import bit_mobility, laplace
+from drillid.physics.stability import growing_poles
 from drillid.physics.time_responses import bit_step_response
 
 Family = Literal["proportional integral", "inertia compensation", "impedance matching"]

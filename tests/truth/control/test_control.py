@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 from drillid.arrays import Complex
-from drillid.control.margins import growing_poles, is_stable, loop_transfer, margins, unstable_poles
+from drillid.control.margins import is_stable, margins
 from drillid.control.stick_slip import (
     critical_slope,
     lowest_stable_speed,
@@ -47,6 +47,7 @@ from drillid.physics.modes import modes
 from drillid.physics.nonlinear import Cutting, NonlinearRig, Weakening
 from drillid.physics.responses import bit_mobility, command_mobility, laplace, torque_mobility
 from drillid.physics.sensor import Recording
+from drillid.physics.stability import growing_poles, loop_transfer, unstable_poles
 from drillid.simulation.simulate import TIME_STEP, simulate
 from tests.drawn import check_visible, line
 from tests.simulated import DEEP

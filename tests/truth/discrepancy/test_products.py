@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from drillid.arrays import Complex, Floats
 from drillid.commands import app
-from drillid.control.margins import loop_transfer, margins
+from drillid.control.margins import margins
 from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.store import WellFolders
 from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict
@@ -41,6 +41,7 @@ from drillid.discrepancy.verdicts.verdict import UNKNOWN
 from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.equipment import DrillingSystem, RegenerativeCutting
 from drillid.physics.responses import bit_mobility, laplace
+from drillid.physics.stability import loop_transfer
 from drillid.physics.top_drive import control
 from drillid.simulation.simulate import TIME_STEP
 from drillid.units import RPM
