@@ -21,6 +21,10 @@ Family = Literal["proportional integral", "inertia compensation", "impedance mat
 Goal = Literal["peak", "mean square", "decay"]
 
 _LINES = 400
+_REFINEMENTS = 5
+"""Of the frequencies about each peak between these lines."""
+_SHRINKAGE = 4.0
+"""Of their spacing from one refinement to the next."""
 _LAGS = (20.0, 0.05)
 """s, length and spacing of the step response of the goal "decay"."""
 _EVALUATIONS = 160
@@ -168,7 +172,37 @@ def bit_vibration(system: DrillingSystem, goal: Goal, band: tuple[float, float])
         return np.asarray(np.trapezoid(lags * np.abs(speed), lags, axis=-1), dtype=float)
     frequency = np.linspace(*band, _LINES)
     size = np.abs(bit_mobility(system, laplace(frequency)))
-    return np.asarray(size.max(axis=-1) if goal == "peak" else np.mean(size**2, axis=-1), dtype=float)
+    return _peak(system, frequency, size) if goal == "peak" else np.asarray(np.mean(size**2, axis=-1), dtype=float)
+
+
+def _peak(system: DrillingSystem, frequency: Floats, size: Floats) -> Floats:
+    """Largest |bit mobility| of each sample (...), from its sizes (..., frequency) at evenly spaced frequencies.
+
+    Beside a mode 1/|M|² is a parabola in frequency; each largest neighbour is the start of a search for its vertex.
+    """
+    ends = np.ones((*size.shape[:-1], 1), dtype=bool)
+    rises = np.diff(size, axis=-1) > 0
+    is_peak = np.concatenate([ends, rises], axis=-1) & np.concatenate([~rises, ends], axis=-1)
+    # samples with fewer peaks than others have further lines among theirs
+    peaks = np.argsort(np.where(is_peak, -size, 0.0), axis=-1)[..., : int(is_peak.sum(axis=-1).max())]
+    centre, spacing, largest = frequency[peaks], float(frequency[1] - frequency[0]), size.max(axis=-1)
+    for _ in range(_REFINEMENTS):
+        places = np.clip(centre[..., None] + spacing * np.array([-1.0, 0.0, 1.0]), frequency[0], frequency[-1])
+        s = laplace(places.reshape(*places.shape[:-2], -1))
+        found = np.abs(bit_mobility(system, s)).reshape(places.shape)
+        largest = np.maximum(largest, found.max(axis=(-2, -1)))
+        centre = centre + spacing * _vertex(found)
+        spacing /= _SHRINKAGE
+    return np.asarray(largest, dtype=float)
+
+
+def _vertex(size: Floats) -> Floats:
+    """Place of the least 1/size² of three sizes (..., 3) at −1, 0 and 1, by a parabola within these."""
+    before, at, after = np.moveaxis(size**-2.0, -1, 0)
+    curvature = before - 2 * at + after
+    downhill = np.sign(before - after)
+    vertex: Floats = np.divide((before - after) / 2, curvature, out=downhill, where=curvature > 0)
+    return np.clip(vertex, -1.0, 1.0)
 
 
 def tune(

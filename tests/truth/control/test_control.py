@@ -274,6 +274,21 @@ def test_goals_agree_with_their_definitions() -> None:
     assert bit_vibration(system, "mean square", (0.05, 3.0))[()] == pytest.approx(np.mean(size**2), rel=0.01)
 
 
+def test_a_peak_between_the_lines_is_found() -> None:
+    """Against a grid of 0.01 mHz, of which the narrowest peak spans some dozen lines."""
+    length, delta = np.array([[1800.0], [3100.0], [6200.0]]), np.array([[2e8], [2e7], [1e6]])
+    system = DrillingSystem(DEEP.top_drive, (Section(length, 1.6e-5, 2.0, delta),), Bit(300.0, 0.2))
+    frequency = np.linspace(0.05, 3.0, 295_001)
+    for controller in (STIFF, SOFT):
+        stiff = controlled_by(system, controller)
+        found = bit_vibration(stiff, "peak", (0.05, 3.0))
+        sizes = np.abs(bit_mobility(stiff, laplace(frequency)))
+        np.testing.assert_allclose(found, sizes.max(axis=-1), rtol=1e-3)
+    result = tune(controlled_by(system, STIFF))
+    calmed = np.abs(bit_mobility(controlled_by(system, result.controller), laplace(frequency)))
+    assert result.value == pytest.approx(calmed.max(), rel=1e-3)
+
+
 def test_margins_that_no_settings_keep_raise() -> None:
     with pytest.raises(EstimationError, match="no settings keep the margins"):
         tune(controlled_by(SAMPLES, STIFF), required=RequiredMargins(sensitivity=1.0001))
