@@ -5,6 +5,7 @@ stable as long as −T'(Ω) is below the least real part of the admittance Y = 1
 imaginary part: beyond it the negative damping of the rock exceeds the damping of string and top drive.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,10 +14,10 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats
 from drillid.control.margins import is_stable
-from drillid.control.tuning import controlled_by
-from drillid.errors import EstimationError
+from drillid.control.tuning import controlled_by, first_sample
+from drillid.errors import EstimationError, SettingsError
 from drillid.physics.bottom_end import cutting_admittance
-from drillid.physics.equipment import Controller, DrillingSystem, StribeckCutting
+from drillid.physics.equipment import Controller, DrillingSystem, StribeckCutting, window_shape
 from drillid.physics.nonlinear import Cutting, NonlinearRig
 from drillid.physics.responses import bit_mobility, laplace
 from drillid.simulation.simulate import TIME_STEP, simulate
@@ -40,7 +41,7 @@ def critical_slope(system: DrillingSystem, *, stiff: bool = False) -> tuple[floa
 
     Parameters
     ----------
-    system : of plain numbers
+    system : of a single sample
     stiff : clamp the top drive
 
     Returns
@@ -50,16 +51,21 @@ def critical_slope(system: DrillingSystem, *, stiff: bool = False) -> tuple[floa
 
     Raises
     ------
+    SettingsError
+        If the system describes several samples.
     EstimationError
         If the speed control is unstable without the rock, or no fall of torque destabilises the system in the searched
         band.
     """
+    if math.prod(window_shape(system)) > 1:
+        raise SettingsError("stick-slip", "the system describes several samples", "Give one, such as the first_sample")
+    system = first_sample(system)
     if not stiff and not stable_without_rock(system):
         raise EstimationError("stick-slip", "the speed control is unstable without the rock", "Tune the speed control")
     rock_free = replace(system, bit=replace(system.bit, cutting=()))
 
     def admittance(frequency: Floats) -> Complex:
-        return np.asarray(1 / bit_mobility(rock_free, laplace(frequency), stiff=stiff)).reshape(-1)
+        return np.asarray(1 / bit_mobility(rock_free, laplace(frequency), stiff=stiff))
 
     imaginary = admittance(_BAND).imag
     before = np.flatnonzero(np.signbit(imaginary[:-1]) != np.signbit(imaginary[1:]))

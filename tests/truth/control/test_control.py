@@ -334,6 +334,13 @@ def test_critical_slope_of_a_lossless_string_is_the_damping_of_its_bit() -> None
     assert np.min(np.abs(expected - frequency)) < 1e-3
 
 
+def test_several_samples_have_no_single_critical_slope() -> None:
+    with pytest.raises(SettingsError, match="first_sample"):
+        critical_slope(SAMPLES)
+    alone = drilling_system(DEEP.parameters[None], DEEP.known)
+    assert critical_slope(alone) == pytest.approx(critical_slope(first_sample(SAMPLES)), rel=1e-12)
+
+
 @pytest.mark.parametrize("controller", [STIFF, SOFT])
 @pytest.mark.parametrize("damping", [-20.0, -60.0, -200.0])
 def test_damping_of_the_bit_adds_to_the_critical_slope_even_below_zero(controller: Controller, damping: float) -> None:
