@@ -109,7 +109,7 @@ def _controlled_response(
     except EstimationError:
         # a pole at the limit of stability itself
         return lags, response
-    return lags, _of_stable(response, unstable, "a mode grows under its speed control", "tune that")
+    return lags, _of_stable(response, unstable, "a mode grows under its speed control", "tune that control")
 
 
 def bit_step_response(system: DrillingSystem, duration: float, interval: float, *, stiff: bool = False) -> Steps:
