@@ -20,7 +20,7 @@ from matplotlib import pyplot as plt
 from drillid.config.listing import Well
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
-from drillid.control.margins import loop_transfer, margins
+from drillid.control.margins import margins
 from drillid.control.stick_slip import simulated_lowest_speed, stick_slip_map
 from drillid.control.tuning import controlled_by, first_sample, sampled_systems, tune
 from drillid.datasets.store import WellFolders
@@ -37,6 +37,7 @@ from drillid.physics.modes import modes
 from drillid.physics.nonlinear import Cutting, Weakening
 from drillid.physics.parameters import PARAMETERS
 from drillid.physics.responses import bit_mobility, command_mobility, laplace, string_admittance
+from drillid.physics.stability import loop_transfer
 from drillid.physics.time_responses import bit_step_response
 from drillid.records import stage as records
 from drillid.simulation.simulate import TIME_STEP, simulate

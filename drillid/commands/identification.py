@@ -88,15 +88,17 @@ def tune_control(
     with faults_told():
         tuning = _identified(logs, rig, configuration).tuned(family)
     settings = tuning.in_units()
-    peaks = {"bit_mobility_now": tuning.present, "bit_mobility_tuned": tuning.value}
+    stable = math.isfinite(tuning.present)
+    peaks = {"bit_mobility_now": tuning.present if stable else None, "bit_mobility_tuned": tuning.value}
     gain, phase = float(tuning.margins.gain.min()), math.degrees(tuning.margins.phase.min())
     if as_json:
         named = {name: {"value": value, "unit": unit} for name, (value, unit) in settings.items()}
         print_json({"settings": named, **peaks, "unit": "rad/(N m s)", "gain_margin": gain, "phase_margin_deg": phase})
         return
     print_rows(("setting", "value", "unit"), [(name, f"{value:.4g}", unit) for name, (value, unit) in settings.items()])
+    present = f"{tuning.present * _RPM_PER_KN_M:.2f}" if stable else "unstable"
     typer.echo(
-        f"Largest bit mobility {tuning.present * _RPM_PER_KN_M:.2f} → {tuning.value * _RPM_PER_KN_M:.2f} rpm/(kN m); "
+        f"Largest bit mobility {present} → {tuning.value * _RPM_PER_KN_M:.2f} rpm/(kN m); "
         f"gain margin {gain:.1f}, phase margin {phase:.0f}°, at worst within the fit's uncertainty"
     )
 

@@ -5,6 +5,7 @@ stable as long as −T'(Ω) is below the least real part of the admittance Y = 1
 imaginary part: beyond it the negative damping of the rock exceeds the damping of string and top drive.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from drillid.arrays import Complex, Floats
-from drillid.control.tuning import controlled_by
-from drillid.errors import EstimationError
+from drillid.control.margins import is_stable
+from drillid.control.tuning import controlled_by, first_sample
+from drillid.errors import EstimationError, SettingsError
 from drillid.physics.bottom_end import cutting_admittance
-from drillid.physics.equipment import Controller, DrillingSystem, StribeckCutting
+from drillid.physics.equipment import Controller, DrillingSystem, StribeckCutting, window_shape
 from drillid.physics.nonlinear import Cutting, NonlinearRig
 from drillid.physics.responses import bit_mobility, laplace
 from drillid.simulation.simulate import TIME_STEP, simulate
@@ -28,12 +30,18 @@ _PULSE = 0.5
 """s, of the torque that starts the vibration whose growth is measured."""
 
 
+def stable_without_rock(system: DrillingSystem) -> bool:
+    """Whether the speed control is stable with a bit that feeds no vibration, as off bottom."""
+    bit = replace(system.bit, damping=np.maximum(system.bit.damping, 0.0), cutting=())
+    return is_stable(replace(system, bit=bit))
+
+
 def critical_slope(system: DrillingSystem, *, stiff: bool = False) -> tuple[float, float]:
     """Critical fall of torque per speed at the bit, and the frequency of the vibration at the stability limit.
 
     Parameters
     ----------
-    system : of plain numbers, stable without the rock, or at least with a bit whose own damping is not negative
+    system : of a single sample
     stiff : clamp the top drive
 
     Returns
@@ -43,13 +51,21 @@ def critical_slope(system: DrillingSystem, *, stiff: bool = False) -> tuple[floa
 
     Raises
     ------
+    SettingsError
+        If the system describes several samples.
     EstimationError
-        If no fall of torque destabilises the system in the searched band.
+        If the speed control is unstable without the rock, or no fall of torque destabilises the system in the searched
+        band.
     """
+    if math.prod(window_shape(system)) > 1:
+        raise SettingsError("stick-slip", "the system describes several samples", "Give one, such as the first_sample")
+    system = first_sample(system)
+    if not stiff and not stable_without_rock(system):
+        raise EstimationError("stick-slip", "the speed control is unstable without the rock", "Tune the speed control")
     rock_free = replace(system, bit=replace(system.bit, cutting=()))
 
     def admittance(frequency: Floats) -> Complex:
-        return np.asarray(1 / bit_mobility(rock_free, laplace(frequency), stiff=stiff)).reshape(-1)
+        return np.asarray(1 / bit_mobility(rock_free, laplace(frequency), stiff=stiff))
 
     imaginary = admittance(_BAND).imag
     before = np.flatnonzero(np.signbit(imaginary[:-1]) != np.signbit(imaginary[1:]))
@@ -98,21 +114,23 @@ class StickSlipMap:
     weight: Floats
     """(weight,) N."""
     speed: Mapping[str, Floats]
-    """By controller's name, (weight,) rad/s."""
+    """By controller's name, (weight,) rad/s; infinite under a control that is unstable without the rock."""
     frequency: Mapping[str, float]
-    """By controller's name, Hz, of the vibration at the stability limit."""
+    """By controller's name, Hz, of the vibration at the stability limit; NaN without one."""
 
 
 def stick_slip_map(
     system: DrillingSystem, cutting: Cutting, weight: Floats, controllers: Mapping[str, Controller]
 ) -> StickSlipMap:
     """Lowest stable speed at each weight (N) under each controller."""
-    limits = {name: critical_slope(controlled_by(system, controller)) for name, controller in controllers.items()}
-    speed = {
+    systems = {name: controlled_by(system, controller) for name, controller in controllers.items()}
+    limits = {name: critical_slope(each) for name, each in systems.items() if stable_without_rock(each)}
+    speed = {name: np.full(weight.size, np.inf) for name in systems} | {
         name: np.array([lowest_stable_speed(cutting, float(load), slope) for load in weight])
         for name, (slope, _) in limits.items()
     }
-    return StickSlipMap(weight, speed, {name: frequency for name, (_, frequency) in limits.items()})
+    frequency = {name: limits[name][1] if name in limits else np.nan for name in systems}
+    return StickSlipMap(weight, speed, frequency)
 
 
 def simulated_growth(

@@ -8,18 +8,23 @@ from typing import Any, Literal
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.control.margins import Loops, Margins, growing_poles, is_stable_loop, margins
+from drillid.control.margins import Loops, Margins, is_stable_loop, margins
 from drillid.errors import EstimationError, SettingsError
 from drillid.physics.eight_parameters import KnownEquipment, drilling_system
 from drillid.physics.equipment import Controller, DrillingSystem, ImpedanceMatching, of_window, window_shape
 from drillid.physics.parameters import BOUNDS
 from drillid.physics.responses import bit_mobility, laplace
+from drillid.physics.stability import growing_poles
 from drillid.physics.time_responses import bit_step_response
 
 Family = Literal["proportional integral", "inertia compensation", "impedance matching"]
 Goal = Literal["peak", "mean square", "decay"]
 
 _LINES = 400
+_REFINEMENTS = 5
+"""Of the frequencies about each peak between these lines."""
+_SHRINKAGE = 4.0
+"""Of their spacing from one refinement to the next."""
 _LAGS = (20.0, 0.05)
 """s, length and spacing of the step response of the goal "decay"."""
 _EVALUATIONS = 160
@@ -78,7 +83,7 @@ class Tuning:
     value: float
     """Goal of the worst sample; (rad/(N m s)), its square, or s² rad/(N m s), depending on the goal."""
     present: float
-    """The same for the present controller."""
+    """The same for the present controller; infinite where it is unstable."""
     margins: Margins
     """Margins of each sample."""
 
@@ -167,7 +172,37 @@ def bit_vibration(system: DrillingSystem, goal: Goal, band: tuple[float, float])
         return np.asarray(np.trapezoid(lags * np.abs(speed), lags, axis=-1), dtype=float)
     frequency = np.linspace(*band, _LINES)
     size = np.abs(bit_mobility(system, laplace(frequency)))
-    return np.asarray(size.max(axis=-1) if goal == "peak" else np.mean(size**2, axis=-1), dtype=float)
+    return _peak(system, frequency, size) if goal == "peak" else np.asarray(np.mean(size**2, axis=-1), dtype=float)
+
+
+def _peak(system: DrillingSystem, frequency: Floats, size: Floats) -> Floats:
+    """Largest |bit mobility| of each sample (...), from its sizes (..., frequency) at evenly spaced frequencies.
+
+    Beside a mode 1/|M|² is a parabola in frequency; each largest neighbour is the start of a search for its vertex.
+    """
+    ends = np.ones((*size.shape[:-1], 1), dtype=bool)
+    rises = np.diff(size, axis=-1) > 0
+    is_peak = np.concatenate([ends, rises], axis=-1) & np.concatenate([~rises, ends], axis=-1)
+    # samples with fewer peaks than others have further lines among theirs
+    peaks = np.argsort(np.where(is_peak, -size, 0.0), axis=-1)[..., : int(is_peak.sum(axis=-1).max())]
+    centre, spacing, largest = frequency[peaks], float(frequency[1] - frequency[0]), size.max(axis=-1)
+    for _ in range(_REFINEMENTS):
+        places = np.clip(centre[..., None] + spacing * np.array([-1.0, 0.0, 1.0]), frequency[0], frequency[-1])
+        s = laplace(places.reshape(*places.shape[:-2], -1))
+        found = np.abs(bit_mobility(system, s)).reshape(places.shape)
+        largest = np.maximum(largest, found.max(axis=(-2, -1)))
+        centre = centre + spacing * _vertex(found)
+        spacing /= _SHRINKAGE
+    return np.asarray(largest, dtype=float)
+
+
+def _vertex(size: Floats) -> Floats:
+    """Place of the least 1/size² of three sizes (..., 3) at −1, 0 and 1, by a parabola within these."""
+    before, at, after = np.moveaxis(size**-2.0, -1, 0)
+    curvature = before - 2 * at + after
+    downhill = np.sign(before - after)
+    vertex: Floats = np.divide((before - after) / 2, curvature, out=downhill, where=curvature > 0)
+    return np.clip(vertex, -1.0, 1.0)
 
 
 def tune(
@@ -199,19 +234,30 @@ def tune(
 
     margins_to_keep, loops, growing = required or RequiredMargins(), Loops(system), growing_poles(system)
     build, axes = _family(system, family, stiffness)
-    present = float(np.max(bit_vibration(system, goal, band)))
+
+    def vibration(candidate: Controller) -> float:
+        """Of the worst sample; infinite where one is not stable."""
+        try:
+            stable = is_stable_loop(loops.under(candidate), candidate, growing)
+        except EstimationError:
+            # at the limit of stability
+            stable = False
+        if not stable:
+            return np.inf
+        worst = float(np.max(bit_vibration(controlled_by(system, candidate), goal, band)))
+        return worst if np.isfinite(worst) else np.inf
+
+    present = vibration(system.top_drive.controller)
+    unit = present if np.isfinite(present) else 1.0
 
     def cost(settings: Any) -> float:
         inside = [np.clip(setting, axis[0], axis[-1]) for setting, axis in zip(settings, axes, strict=True)]
         outside = float(np.sum(np.abs(np.asarray(settings) - inside)))
         candidate = build(*inside)
-        loop = loops.under(candidate)
-        shortfall = margins_to_keep.shortfall(margins(loop))
+        shortfall = margins_to_keep.shortfall(margins(loops.under(candidate)))
         if shortfall + outside > 0:
             return _INFEASIBLE * (1 + shortfall + outside)
-        if not is_stable_loop(loop, candidate, growing):
-            return 10 * _INFEASIBLE
-        return float(np.max(bit_vibration(controlled_by(system, candidate), goal, band))) / present
+        return min(vibration(candidate) / unit, 10 * _INFEASIBLE)
 
     coarse = min(itertools.product(*axes), key=cost)
     if cost(coarse) >= _INFEASIBLE:
@@ -222,8 +268,8 @@ def tune(
     simplex = [np.array(coarse)] + [np.array(coarse) + step * np.eye(len(axes))[row] for row, step in enumerate(steps)]
     options = {"maxfev": _EVALUATIONS, "initial_simplex": np.stack(simplex), "xatol": 1e-3, "fatol": 1e-5}
     result = minimize(cost, coarse, method="Nelder-Mead", options=options)
-    controller = build(*result.x)
-    return Tuning(controller, float(result.fun) * present, present, margins(loops.under(controller)))
+    tuned = build(*result.x)
+    return Tuning(tuned, float(result.fun) * unit, present, margins(loops.under(tuned)))
 
 
 def _family(system: DrillingSystem, family: Family, stiffness: float) -> tuple[Callable[..., Controller], list[Floats]]:

@@ -82,12 +82,12 @@ def _responses(window_model: WindowModel | None, frequency: Floats, settings: De
     responses = dict.fromkeys(("command_mobility_fitted", "bit_mobility_stiff", "bit_mobility_controlled"), missing)
     steps = dict.fromkeys(("bit_step_stiff", "bit_step_controlled"), no_step)
     if window_model is not None:
-        system = window_model.system
+        system, continuous = window_model.system, window_model.continuous_system
         responses["command_mobility_fitted"] = window_model.mobility(s)
         for end, stiff in (("stiff", True), ("controlled", False)):
             responses[f"bit_mobility_{end}"] = bit_mobility(system, s, stiff=stiff)
             with contextlib.suppress(EstimationError):
-                steps[f"bit_step_{end}"] = bit_step_response(system, duration, interval, stiff=stiff)[1]
+                steps[f"bit_step_{end}"] = bit_step_response(continuous, duration, interval, stiff=stiff)[1]
     return xr.Dataset(
         {name: ("frequency", response) for name, response in responses.items()}
         | {name: ("lag", step) for name, step in steps.items()},

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drillid.arrays import Booleans, Floats
-from drillid.control.stick_slip import critical_slope, lowest_stable_speed
+from drillid.control.stick_slip import critical_slope, lowest_stable_speed, stable_without_rock
 from drillid.control.tuning import first_sample, tune
 from drillid.errors import EstimationError
 from drillid.physics.nonlinear import Cutting, Weakening
@@ -41,8 +41,8 @@ def speed_control(
     rock = Cutting(settings.bit_torque_slow_m, settings.bit_torque_fast_m, Weakening(settings.bit_torque_rpm * RPM))
     values = {name: np.full(weight.size, np.nan) for name in VARIABLES}
     for row, (own, shared) in enumerate(zip(models, joint, strict=True)):
-        stability = {} if own is None else _stability(first_sample(own.system), rock, float(weight[row]))
-        tuned = {} if shared is None else _settings(first_sample(shared.system))
+        stability = {} if own is None else _stability(first_sample(own.continuous_system), rock, float(weight[row]))
+        tuned = {} if shared is None else _settings(first_sample(shared.continuous_system))
         for name, value in (stability | tuned).items():
             values[name][row] = value
     return values
@@ -57,11 +57,16 @@ def tuned_rows(depth: Floats, accepted: Booleans, interval_m: float) -> Booleans
 
 
 def _stability(system: DrillingSystem, rock: Cutting, weight: float) -> dict[str, float]:
-    """Critical fall of torque, and the speed below which the rock's law falls faster; infinite where it always does."""
+    """Critical fall of torque, and the speed below which the rock's law falls faster; infinite where it always does.
+
+    Under a control that is unstable without the rock no speed is stable, and no fall of torque is the critical one.
+    """
     try:
+        if not stable_without_rock(system):
+            return {"lowest_stable_speed": np.inf}
         slope, frequency = critical_slope(system)
     except EstimationError:
-        # no fall of torque destabilises it
+        # no fall of torque destabilises it, or it lies at the limit of stability
         return {}
     stability = {"critical_slope": slope, "critical_frequency": frequency}
     if slope < 0:

@@ -16,7 +16,7 @@ from drillid.arrays import Floats, Integers
 from drillid.errors import EstimationError, SettingsError
 from drillid.excitation.torques import Multisine, harmonics_within, powered_sweep
 from drillid.physics.eight_parameters import KnownEquipment, command_mobility_with_derivatives, drilling_system
-from drillid.physics.parameters import PARAMETERS
+from drillid.physics.parameters import PARAMETERS, SCALES
 from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace
 from drillid.physics.top_drive import torque_transfers
 
@@ -71,6 +71,11 @@ class Experiment:
     prior_error: Floats | None = None
     """(8,) prior standard errors; NaN where there is no prior."""
 
+    @property
+    def scale(self) -> Floats:
+        """(8,) the nominal values, or the typical magnitude of parameters that are zero."""
+        return np.where(self.parameters != 0, self.parameters, SCALES)
+
     def speed_noise(self, frequency: Floats) -> Floats:
         """One-sided power density of the top drive's speed without sweep, (rad/s)²/Hz.
 
@@ -89,18 +94,18 @@ class Experiment:
         return np.asarray(response / (response + self.speed_noise(frequency)), dtype=float)
 
     def information(self, frequency: Floats) -> Floats:
-        """Fisher information per power of a line, (frequency, 8, 8), for parameters in units of their own values."""
+        """Fisher information per power of a line, (frequency, 8, 8), for parameters in units of `scale`."""
         _, slopes = command_mobility_with_derivatives(self.parameters, self.equipment, laplace(frequency))
-        slopes = slopes * self.parameters[:, None]
+        slopes = slopes * self.scale[:, None]
         products = np.einsum("if,jf->fij", slopes, np.conj(slopes)).real
         information: Floats = 2 * self.duration * products / self.speed_noise(frequency)[:, None, None]
         return information
 
     def prior_information(self) -> Floats:
-        """Information of the prior, (8, 8), for parameters in units of their own values."""
+        """Information of the prior, (8, 8), for parameters in units of `scale`."""
         if self.prior_error is None:
             return np.zeros((len(PARAMETERS),) * 2)
-        return np.diag(np.nan_to_num((self.parameters / self.prior_error) ** 2))
+        return np.diag(np.nan_to_num((self.scale / self.prior_error) ** 2))
 
     def covariance(self, frequency: Floats, power: Floats) -> Floats:
         """Cramér–Rao bound (8, 8) for lines of the given power (N² m²), in SI units.
@@ -112,7 +117,7 @@ class Experiment:
         """
         inside = power > 0
         total = np.einsum("f,fij->ij", power[inside], self.information(frequency[inside])) + self.prior_information()
-        return _inverse(total) * np.outer(self.parameters, self.parameters)
+        return _inverse(total) * np.outer(self.scale, self.scale)
 
     def standard_errors(self, frequency: Floats, power: Floats) -> Floats:
         """Cramér–Rao standard errors (8,) in SI units; see `covariance`."""
@@ -135,7 +140,9 @@ class Design:
     power: Floats
     """(bands,) N² m²; the sum is the square of the rms."""
     criterion: float
-    """Mean square of the chosen relative errors ("errors"), or log of their covariance's determinant ("volume")."""
+    """Of the chosen errors relative to `Experiment.scale`: mean square ("errors"), or log of their covariance's
+    determinant ("volume").
+    """
     distance: float
     """Relative excess of a band's largest sensitivity over the mean; 0 at the optimum (Kiefer and Wolfowitz 1960)."""
 

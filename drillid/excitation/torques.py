@@ -43,6 +43,11 @@ def exponential_sweeps(
     Returns
     -------
     Torque, N m, in the shape of `time`.
+
+    Raises
+    ------
+    SettingsError
+        If the frequencies of a band are equal or not positive.
     """
     torque: Floats = np.zeros(np.shape(time))
     for band in bands:
@@ -54,6 +59,8 @@ def exponential_phase(time: ArrayLike, band: tuple[float, float], period: float 
     """Phase φ(t) of one of the `exponential_sweeps`, rad, 0 at the start of each period."""
     share: Floats = np.mod(np.asarray(time, dtype=float), period) / period
     lower, upper = band
+    if not (lower > 0 and upper > 0 and lower != upper):
+        raise SettingsError("sweep", f"there is none from {lower} to {upper} Hz", "Give two positive frequencies")
     ratio = upper / lower
     cycles = max(1, round(lower * period * (ratio - 1) / np.log(ratio)))
     return np.asarray(2 * np.pi * cycles * (ratio**share - 1) / (ratio - 1), dtype=float)

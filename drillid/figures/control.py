@@ -36,7 +36,8 @@ def draw_stick_slip_map(stability: StickSlipMap, simulated: Mapping[str, tuple[f
         FigureCanvasAgg(figure)
         axis = figure.subplots()
         for (colour, dash), (name, speed) in zip(cycle(_LOOKS), stability.speed.items(), strict=False):
-            label = f"{name}: vibrates at {stability.frequency[name]:.2f} Hz"
+            frequency = stability.frequency[name]
+            label = f"{name}: unstable" if np.isnan(frequency) else f"{name}: vibrates at {frequency:.2f} Hz"
             axis.plot(stability.weight / 1e3, speed * _RPM, color=colour, linestyle=dash, label=label)
             if simulated and name in simulated:
                 weight, least = simulated[name]

@@ -6,6 +6,7 @@ error is truncation at the highest frequency; callers first subtract steps and k
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from drillid.errors import EstimationError
 from drillid.physics.dual_numbers import linear, primal
 from drillid.physics.equipment import DrillingSystem, TopDrive
 from drillid.physics.responses import _bit_alone, bit_mobility, command_mobility
+from drillid.physics.stability import unstable_windows
 from drillid.physics.top_drive import drive
 
 IMAGES = 1e-9
@@ -67,16 +69,21 @@ def inverse_laplace(transform: Callable[[Complex], Any], duration: float, interv
         spectrum = transform(s)
     wrapped = linear(lambda values: np.asarray(irfft(values, points)), spectrum)
     response = linear(lambda series: series[..., : lags.size * oversampling : oversampling] * rising, wrapped)
-    unstable = _has_images(primal(wrapped))
+    fault = f"its motion grows faster than e^(t/{duration / 3.4:.3g} s)"
+    return lags, _of_stable(response, _has_images(primal(wrapped)), fault, "choose a shorter duration")
+
+
+def _of_stable(response: Any, unstable: Booleans, fault: str, remedy: str) -> Any:
+    """A response (..., lag) with NaN in unstable windows; an error for a single unstable system."""
     if not np.any(unstable):
-        return lags, response
+        return response
     if unstable.ndim == 0:
         raise EstimationError(
-            f"response over {duration} s",
-            f"the system is unstable; its motion grows faster than e^(t/{duration / 3.4:.3g} s)",
-            "Compute its modes with drillid.physics.modes, or choose a shorter duration",
+            "response in time",
+            f"the system is unstable; {fault}",
+            f"Compute its modes with drillid.physics.modes, or {remedy}",
         )
-    return lags, response * np.where(unstable, np.nan, 1.0)[..., None]
+    return response * np.where(unstable, np.nan, 1.0)[..., None]
 
 
 def _has_images(wrapped: Floats) -> Booleans:
@@ -89,12 +96,29 @@ def _has_images(wrapped: Floats) -> Booleans:
     return np.asarray(last.max(axis=-1) > _LARGEST_IMAGE * amplitude.max(axis=-1))
 
 
+def _controlled_response(
+    system: DrillingSystem, transform: Callable[[Complex], Any], duration: float, interval: float
+) -> tuple[Floats, Any]:
+    """As `inverse_laplace`, of a system under its speed control; its poles tell whether it is unstable.
+
+    A growing mode in which the bit, or the top drive, hardly moves leaves images too small to be seen.
+    """
+    lags, response = inverse_laplace(transform, duration, interval)
+    try:
+        unstable = unstable_windows(system)
+    except EstimationError:
+        # a pole at the limit of stability itself
+        return lags, response
+    return lags, _of_stable(response, unstable, "a mode grows under its speed control", "tune that control")
+
+
 def bit_step_response(system: DrillingSystem, duration: float, interval: float, *, stiff: bool = False) -> Steps:
     """Bit speed after a unit torque step at the bit.
 
     The response of bit and lowest section without reflections is known in closed form and subtracted
     first, so that the spectrum of the remainder falls fast. The error is below 1e-6 of the largest
-    value (against 30-digit inversion, usual rigs). Unstable systems: see `inverse_laplace`.
+    value (against 30-digit inversion, usual rigs). A system that is unstable under its speed control raises an
+    error or, among windows, gives a row of NaN; one that is clamped, see `inverse_laplace`.
 
     Parameters
     ----------
@@ -110,7 +134,8 @@ def bit_step_response(system: DrillingSystem, duration: float, interval: float, 
     def remainder(s: Complex) -> Any:
         return bit_mobility(system, s, stiff=stiff) / s - 1 / (s * (inertia * s + resistance))
 
-    lags, reflections = inverse_laplace(remainder, duration, interval)
+    respond = inverse_laplace if stiff else partial(_controlled_response, system)
+    lags, reflections = respond(remainder, duration, interval)
     bit_speed = (reflections - np.expm1(-resistance / inertia * lags) / resistance) * (lags > 0)
     return lags, bit_speed
 
@@ -131,7 +156,8 @@ def bit_impulse_response(system: DrillingSystem, duration: float, interval: floa
     def remainder(s: Complex) -> Any:
         return bit_mobility(system, s, stiff=stiff) - 1 / (inertia * s + resistance)
 
-    lags, reflections = inverse_laplace(remainder, duration, interval)
+    respond = inverse_laplace if stiff else partial(_controlled_response, system)
+    lags, reflections = respond(remainder, duration, interval)
     return lags, reflections + np.exp(-resistance / inertia * lags) / inertia
 
 
@@ -153,7 +179,7 @@ def command_step_response(system: DrillingSystem, duration: float, interval: flo
     def remainder(s: Complex) -> Any:
         return command_mobility(system, s) / s - drive(plain, s) / (top_drive.inertia * s * s)
 
-    lags, reflections = inverse_laplace(remainder, duration, interval)
+    lags, reflections = _controlled_response(system, remainder, duration, interval)
     since = np.maximum(lags - top_drive.delay, 0.0)
     lag = np.maximum(top_drive.lag, _LEAST_LAG)
     alone = top_drive.gain / top_drive.inertia * (since + lag * np.expm1(-since / lag))

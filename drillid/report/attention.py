@@ -175,10 +175,12 @@ def _stick_slip(well: WellReport) -> list[Item]:
 def _at_every_speed(risk: StickSlip, remedy: str) -> tuple[Markup, Markup]:
     """Lead of windows in which no speed is stable, and why that is so."""
     where = "" if risk.unstable == risk.windows else f", in {risk.unstable} of {risk.windows} windows"
-    remedies = remedy if risk.at_any_weight else f"reduce the weight on bit or {remedy}"
+    remedies = remedy if risk.fed_by else f"reduce the weight on bit or {remedy}"
     lead = Markup("Risk of stick-slip{} at every speed: {}.").format(where, remedies)
-    if risk.at_any_weight:
-        return lead, Markup("The bit feeds vibration by itself, whatever the weight on it; ")
+    if risk.fed_by:
+        bit = "it" if risk.fed_by == ("bit",) else "the bit"
+        feeds = Markup("The {} feeds vibration by itself, whatever the weight on {}; ")
+        return lead, feeds.format(" or the ".join(risk.fed_by), bit)
     return lead, Markup("With a bit of the stated torque no speed is stable there; ")
 
 

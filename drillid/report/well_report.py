@@ -46,8 +46,8 @@ class StickSlip:
     to_m: float
     unstable: int = 0
     """Windows in which no speed is stable."""
-    at_any_weight: bool = False
-    """Whether the bit feeds vibration in all of these by itself, whatever the weight on it."""
+    fed_by: tuple[str, ...] = ()
+    """What feeds vibration in all of these by itself, whatever the weight on bit."""
 
 
 @dataclass(frozen=True)
@@ -196,6 +196,10 @@ def stick_slip(depth: xr.Dataset, speed: Floats) -> StickSlip | None:
         return None
     worst = int(np.argmax(np.where(below, lowest - speed, -np.inf)))
     place, never = depth["depth"].values[below], np.isposinf(lowest)
+    slope = depth["critical_slope"].values[never]
+    # without the rock the speed control alone has no critical slope
+    feeding = {"bit": slope < 0, "speed control": np.isnan(slope)}
+    fed_by = tuple(name for name, there in feeding.items() if there.any())
     return StickSlip(
         int(below.sum()),
         int((~np.isnan(lowest)).sum()),
@@ -204,7 +208,7 @@ def stick_slip(depth: xr.Dataset, speed: Floats) -> StickSlip | None:
         float(place.min()),
         float(place.max()),
         int(never.sum()),
-        bool(never.any() and np.all(depth["critical_slope"].values[never] < 0)),
+        () if np.any(slope >= 0) else fed_by,
     )
 
 

@@ -205,6 +205,12 @@ def _check_stable(rig: NonlinearRig, grid: SpatialGrid, time_step: float) -> Non
         return
     from scipy.linalg import eigvalsh_tridiagonal
 
+    if not np.all(np.isfinite(grid.stiffness)):
+        raise SettingsError(
+            "simulation",
+            "gear or motor is rigid",
+            "Leave it out and add its inertia to its neighbour, or give a finite stiffness",
+        )
     if not np.all(grid.inertia > 0):
         raise SettingsError("simulation", "a bit below a motor must have an inertia", "Give the bit an inertia")
     ends = np.concatenate([grid.stiffness, [0.0]]) + np.concatenate([[0.0], grid.stiffness])

@@ -148,9 +148,20 @@ def start_up(rig: NonlinearRig, top_speed: Floats, time_step: float = TIME_STEP)
     ----------
     top_speed : (samples,) rad/s at RATE; smoothed over 0.2 s, since it is differentiated
     time_step : s
+
+    Raises
+    ------
+    SettingsError
+        If the speed has fewer samples than it is smoothed over.
     """
     from scipy.signal import savgol_filter
 
+    if top_speed.size < _SMOOTHING_SAMPLES:
+        raise SettingsError(
+            "start of rotation",
+            f"{top_speed.size} samples of the top drive's speed are too few",
+            f"Give at least {_SMOOTHING_SAMPLES}",
+        )
     smooth, rise = (
         np.asarray(savgol_filter(top_speed, _SMOOTHING_SAMPLES, 3, deriv=order, delta=1 / RATE), dtype=float)
         for order in (0, 1)

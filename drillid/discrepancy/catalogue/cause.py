@@ -79,6 +79,16 @@ class WindowModel:
         system = replace(self.system, top_drive=top_drive)
         return replace(self, system=system, recording=recording, control_interval=0.0, folding=folding)
 
+    @property
+    def continuous_system(self) -> DrillingSystem:
+        """The system under continuous control, for tuning, stability, modes, responses in time and the simulator.
+
+        The mean lateness of holding, h/2, is part of T_d. The cumulants that `held` adds are a series in ωh for the
+        measured band: above it they grow without bound where one has the wrong sign, while these need the response
+        up to 200 Hz.
+        """
+        return self.with_top_drive(hold_variance=0.0, hold_skewness=0.0, hold_higher=(0.0, 0.0)).system
+
     def _filters(self) -> Filters:
         top_drive, recording = self.system.top_drive, self.recording
         jitter = top_drive.delay_jitter

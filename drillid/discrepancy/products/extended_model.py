@@ -148,8 +148,9 @@ def extended_window_model(examination: xr.Dataset, number: int) -> WindowModel:
 def identified_window_models(examination: xr.Dataset) -> dict[int, WindowModel]:
     """The extended model of every window in whose set a cause was named, by the window's row.
 
-    Each can be used like any other model of the rig: `window_model.system` in drillid.physics and
-    drillid.control.tuning, and `window_model.mobility(s)` as the response that records contain.
+    Each can be used like any other model of the rig: `window_model.continuous_system` in drillid.control, modes and
+    responses in time, `window_model.system` for responses in the measured band, and `window_model.mobility(s)` as the
+    response that records contain.
     """
     return _models_of(examination, "extension_set")
 
@@ -175,7 +176,7 @@ def simulated_rigs(examination: xr.Dataset) -> dict[int, NonlinearRig]:
     """
     return {
         row: NonlinearRig(
-            with_short_sections_extended(window_model.system, TIME_STEP),
+            with_short_sections_extended(window_model.continuous_system, TIME_STEP),
             law=_bit_law(examination, row),
             coupling=_coupling(examination, row, window_model),
             control_law=_control_law(examination, row),

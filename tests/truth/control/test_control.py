@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 from drillid.arrays import Complex
-from drillid.control.margins import growing_poles, is_stable, loop_transfer, margins, unstable_poles
+from drillid.control.margins import is_stable, margins
 from drillid.control.stick_slip import (
     critical_slope,
     lowest_stable_speed,
@@ -28,6 +28,7 @@ from drillid.control.tuning import (
     sampled_systems,
     tune,
 )
+from drillid.discrepancy.catalogue import WindowModel
 from drillid.errors import EstimationError, SettingsError
 from drillid.excitation.torques import coloured_noise
 from drillid.figures.control import draw_bit_mobility, draw_stick_slip_map
@@ -45,6 +46,8 @@ from drillid.physics.equipment import (
 from drillid.physics.modes import modes
 from drillid.physics.nonlinear import Cutting, NonlinearRig, Weakening
 from drillid.physics.responses import bit_mobility, command_mobility, laplace, torque_mobility
+from drillid.physics.sensor import Recording
+from drillid.physics.stability import growing_poles, loop_transfer, unstable_poles
 from drillid.simulation.simulate import TIME_STEP, simulate
 from tests.drawn import check_visible, line
 from tests.simulated import DEEP
@@ -166,16 +169,37 @@ def test_tuned_control_is_stable_where_the_bit_feeds_vibration() -> None:
 
 def test_gain_margin_is_where_the_simulated_rig_begins_to_vibrate() -> None:
     limit = float(margins(lambda s: loop_transfer(amplified(1.0), s)).gain)
-    growth = []
-    for factor in (0.97, 1.03):
-        steps = round(30 / TIME_STEP)
-        sweep = np.zeros(steps)
-        sweep[:200] = 100.0
-        result = simulate(amplified(factor * limit), sweep, np.full(steps, 10.5), np.zeros(steps))
-        early, late = np.array_split(result.speed - 10.5, 3)[1:]
-        growth.append(float(np.std(np.diff(late)) / np.std(np.diff(early))))
+    growth = [top_drive_growth(NonlinearRig(amplified(factor * limit))) for factor in (0.97, 1.03)]
     assert growth[0] < 0.8
     assert growth[1] > 1.25
+
+
+def top_drive_growth(rig: NonlinearRig) -> float:
+    """Acceleration of the simulated top drive in the last third of 30 s after a pulse, per that in the second."""
+    steps = round(30 / TIME_STEP)
+    sweep = np.zeros(steps)
+    sweep[:200] = 100.0
+    result = simulate(rig, sweep, np.full(steps, 10.5), np.zeros(steps))
+    early, late = np.array_split(result.speed - 10.5, 3)[1:]
+    return float(np.std(np.diff(late)) / np.std(np.diff(early)))
+
+
+@pytest.mark.parametrize("interval", [0.02, 0.03, 0.05])
+def test_a_held_control_has_the_gain_margin_of_its_continuous_system(interval: float) -> None:
+    """Within 10 %: a simulated rig whose control holds begins to vibrate there."""
+    system = amplified(1.0)
+    late = replace(system.top_drive, delay=system.top_drive.delay + interval / 2)
+    held = WindowModel(replace(system, top_drive=late), Recording(), control_interval=interval).held()
+    limit = float(margins(partial(loop_transfer, held.continuous_system)).gain)
+    assert is_stable(held.continuous_system)
+    stable, unstable = (NonlinearRig(amplified(factor * limit), control_interval=interval) for factor in (0.9, 1.1))
+    assert top_drive_growth(stable) < 0.8
+    assert top_drive_growth(unstable) > 1.25
+
+
+def test_a_loop_that_is_not_finite_is_no_stable_one() -> None:
+    with pytest.raises(EstimationError, match="not finite"):
+        unstable_poles(lambda s: np.where(s.imag > 100.0, np.nan, 1 / s), integrating=True)
 
 
 TUNED: list[tuple[Family, Goal]] = [
@@ -227,11 +251,42 @@ def test_tuned_control_calms_the_simulated_bit(tuning: tuple[Tuning, Goal]) -> N
     assert spread["tuned"] < 0.8 * spread["stiff"]
 
 
+@pytest.mark.parametrize("goal", ["peak", "mean square", "decay"])
+def test_settings_do_not_depend_on_a_present_control_that_is_unstable(goal: Goal) -> None:
+    pair = drilling_system(
+        np.stack([DEEP.parameters, DEEP.parameters * np.where(SPREAD == 0.01, 0.99, 1.0)]), DEEP.known
+    )
+    unstable = controlled_by(pair, Controller(50000.0, 10000.0))
+    assert not is_stable(unstable)
+    found, expected = tune(unstable, goal=goal), tune(controlled_by(pair, SOFT), goal=goal)
+    assert found.present == np.inf
+    assert np.isfinite(expected.present)
+    assert found.value == pytest.approx(expected.value, rel=1e-3)
+    assert found.controller.proportional == pytest.approx(expected.controller.proportional, rel=0.02)
+    assert found.controller.integral == pytest.approx(expected.controller.integral, rel=0.02)
+    assert is_stable(controlled_by(pair, found.controller))
+
+
 def test_goals_agree_with_their_definitions() -> None:
     system = drilling_system(DEEP.parameters, DEEP.known)
     size = np.abs(bit_mobility(system, laplace(np.linspace(0.05, 3.0, 30000))))
     assert bit_vibration(system, "peak", (0.05, 3.0))[()] == pytest.approx(size.max(), rel=0.01)
     assert bit_vibration(system, "mean square", (0.05, 3.0))[()] == pytest.approx(np.mean(size**2), rel=0.01)
+
+
+def test_a_peak_between_the_lines_is_found() -> None:
+    """Against a grid of 0.01 mHz, of which the narrowest peak spans some dozen lines."""
+    length, delta = np.array([[1800.0], [3100.0], [6200.0]]), np.array([[2e8], [2e7], [1e6]])
+    system = DrillingSystem(DEEP.top_drive, (Section(length, 1.6e-5, 2.0, delta),), Bit(300.0, 0.2))
+    frequency = np.linspace(0.05, 3.0, 295_001)
+    for controller in (STIFF, SOFT):
+        stiff = controlled_by(system, controller)
+        found = bit_vibration(stiff, "peak", (0.05, 3.0))
+        sizes = np.abs(bit_mobility(stiff, laplace(frequency)))
+        np.testing.assert_allclose(found, sizes.max(axis=-1), rtol=1e-3)
+    result = tune(controlled_by(system, STIFF))
+    calmed = np.abs(bit_mobility(controlled_by(system, result.controller), laplace(frequency)))
+    assert result.value == pytest.approx(calmed.max(), rel=1e-3)
 
 
 def test_margins_that_no_settings_keep_raise() -> None:
@@ -279,6 +334,13 @@ def test_critical_slope_of_a_lossless_string_is_the_damping_of_its_bit() -> None
     assert np.min(np.abs(expected - frequency)) < 1e-3
 
 
+def test_several_samples_have_no_single_critical_slope() -> None:
+    with pytest.raises(SettingsError, match="first_sample"):
+        critical_slope(SAMPLES)
+    alone = drilling_system(DEEP.parameters[None], DEEP.known)
+    assert critical_slope(alone) == pytest.approx(critical_slope(first_sample(SAMPLES)), rel=1e-12)
+
+
 @pytest.mark.parametrize("controller", [STIFF, SOFT])
 @pytest.mark.parametrize("damping", [-20.0, -60.0, -200.0])
 def test_damping_of_the_bit_adds_to_the_critical_slope_even_below_zero(controller: Controller, damping: float) -> None:
@@ -290,6 +352,21 @@ def test_damping_of_the_bit_adds_to_the_critical_slope_even_below_zero(controlle
     assert slope == pytest.approx(critical_slope(without)[0] + damping, rel=1e-6)
     assert frequency == pytest.approx(critical_slope(without)[1])
     assert (slope > 0) == is_stable(system)
+
+
+def test_a_control_that_makes_the_simulated_rig_vibrate_without_rock_has_no_stable_speed() -> None:
+    """Its growing modes at the bit are no matter of the rock, nor is the next mode's limit the rig's."""
+    unstable = Controller(50000.0, 10000.0)
+    system = controlled_by(DEEP.system, unstable)
+    assert top_drive_growth(NonlinearRig(system)) > 1.25
+    with pytest.raises(EstimationError, match="unstable without the rock"):
+        critical_slope(system)
+    found = stick_slip_map(DEEP.system, CUTTING, np.array([5e4, 1e5]), {"unstable": unstable, "soft": SOFT})
+    assert np.all(found.speed["unstable"] == np.inf)
+    assert np.isnan(found.frequency["unstable"])
+    assert np.all(np.isfinite(found.speed["soft"]))
+    legend = draw_stick_slip_map(found).axes[0].get_legend_handles_labels()[1]
+    assert legend == ["unstable: unstable", f"soft: vibrates at {found.frequency['soft']:.2f} Hz"]
 
 
 @pytest.mark.parametrize("weight", [5e4, 1e5, 2e5])
@@ -369,3 +446,16 @@ def test_complex_loops_keep_their_leading_axes() -> None:
         return np.asarray(np.array([[0.5], [40.0]]) * np.exp(-0.1 * s) / s, dtype=complex)
 
     np.testing.assert_array_equal(unstable_poles(loop, integrating=True), [0, 2])
+
+
+def test_samples_with_and_without_integral_are_counted_alike() -> None:
+    """As each alone, of which the last is unstable."""
+    gains = ((1500.0, 0.0), (1500.0, 800.0), (60000.0, 0.0))
+    proportional, integral = np.array(gains).T[..., None]
+    together = controlled_by(DEEP.system, Controller(proportional, integral))
+    alone = [is_stable(controlled_by(DEEP.system, Controller(*each))) for each in gains]
+    assert alone == [True, True, False]
+    stable = controlled_by(DEEP.system, Controller(proportional[:2], integral[:2]))
+    assert is_stable(stable)
+    counts = unstable_poles(partial(loop_transfer, together), integrating=integral[:, 0] != 0)
+    assert (counts == 0).tolist() == alone

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from drillid.arrays import Complex, Floats
 from drillid.commands import app
-from drillid.control.margins import loop_transfer, margins
+from drillid.control.margins import margins
 from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.store import WellFolders
 from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict
@@ -41,6 +41,7 @@ from drillid.discrepancy.verdicts.verdict import UNKNOWN
 from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.equipment import DrillingSystem, RegenerativeCutting
 from drillid.physics.responses import bit_mobility, laplace
+from drillid.physics.stability import loop_transfer
 from drillid.physics.top_drive import control
 from drillid.simulation.simulate import TIME_STEP
 from drillid.units import RPM
@@ -327,7 +328,8 @@ def test_a_well_without_any_fit_gets_no_verdict(lagging: Processed, tmp_path: Pa
 def test_the_control_can_be_tuned_for_the_extended_rig(lagging: Processed) -> None:
     window_model = identified_window_models(lagging.dataset("discrepancy", "examination"))[0]
     reached, truth = (
-        margins(lambda s, system=system: loop_transfer(system, s)) for system in (window_model.system, LAGGING.system)
+        margins(lambda s, system=system: loop_transfer(system, s))
+        for system in (window_model.continuous_system, LAGGING.system)
     )
     assert reached.modulus == pytest.approx(truth.modulus, rel=0.1)
     assert reached.delay == pytest.approx(truth.delay, rel=0.2)

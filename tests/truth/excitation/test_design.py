@@ -253,6 +253,29 @@ def test_signals_of_a_design_have_its_expected_errors() -> None:
     assert np.max(np.abs(torques["sweep"])) <= 180.0 * np.sqrt(2) * (1 + 1e-12)
 
 
+@pytest.mark.parametrize("name", ["kappa", "delay", "damping_bha"])
+@pytest.mark.parametrize("prior", [None, np.array([50.0, np.nan, 1.0, np.nan, 1e-3, np.nan, 5.0, np.nan])])
+def test_errors_of_a_parameter_that_is_zero_are_the_limit_of_small_ones(name: str, prior: Floats | None) -> None:
+    row = list(PARAMETERS).index(name)
+    limit, zero = (
+        replace(experiment(), parameters=np.where(np.arange(8) == row, value, SHALLOW.parameters), prior_error=prior)
+        for value in (1e-7 * SHALLOW.parameters[row], 0.0)
+    )
+    lines = sweep_lines()
+    np.testing.assert_allclose(zero.standard_errors(*lines), limit.standard_errors(*lines), rtol=1e-4)
+    best = design(zero, 180.0, ("length", name))
+    assert best.distance < 2e-6
+    relative = (zero.standard_errors(*_lines_of(best)) / zero.scale)[[2, row]]
+    assert np.mean(relative**2) == pytest.approx(best.criterion, rel=1e-6)
+
+
+def _lines_of(best: Design) -> tuple[Floats, Floats]:
+    """Forty lines in the middle of equal parts of each band, of equal power."""
+    share = (np.arange(40) + 0.5) / 40
+    frequency = best.edges[:-1, None] + np.diff(best.edges)[:, None] * share
+    return frequency.ravel(), np.repeat(best.power / 40, 40)
+
+
 def test_prior_and_power_lower_the_bound_as_they_must() -> None:
     """Four times the power or time halves every error; prior knowledge of a parameter bounds its error."""
     case = experiment()

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drillid.errors import SettingsError
 from drillid.excitation.torques import SWEEP_BANDS, SWEEP_PERIOD, coloured_noise, exponential_sweeps
 
 STEP = 0.001
@@ -21,6 +22,12 @@ def test_instantaneous_frequency_rises_exponentially_through_the_band(band: tupl
     segment = (np.arange(1, crossings.size + 1) / 2) / cycles
     assert np.ptp(segment) < 1e-4
     assert abs(segment.mean() - 1) <= 0.5 / (lower * np.expm1(growth * SWEEP_PERIOD) / growth)
+
+
+@pytest.mark.parametrize("band", [(1.0, 1.0), (0.0, 2.0), (-1.0, 2.0), (np.nan, 2.0)])
+def test_a_band_that_has_no_exponential_sweep_is_refused(band: tuple[float, float]) -> None:
+    with pytest.raises(SettingsError, match="two positive frequencies"):
+        exponential_sweeps(np.arange(10.0), 100.0, (band,), 10.0)
 
 
 def test_torque_repeats_without_a_jump() -> None:

@@ -1,5 +1,6 @@
 """Inverse Laplace transforms against closed forms and mpmath; steps, impulses and the command's step."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import mpmath
@@ -15,7 +16,9 @@ from drillid.physics.time_responses import (
     command_step_response,
     inverse_laplace,
 )
+from drillid.simulation.simulate import TIME_STEP, simulate
 
+SOFT = Controller(1500.0, 800.0)
 PIPE = Section(2600.0, 1.6e-5, 150.0, 3e8)
 
 
@@ -48,6 +51,29 @@ def test_an_unstable_window_leaves_the_others() -> None:
     alone = bit_step_response(DrillingSystem(rig().top_drive, (pipe,), Bit(150.0, 20.0)), 12.0, 0.05)[1]
     np.testing.assert_allclose(speed[0], alone, rtol=1e-9, atol=1e-15)
     assert np.isnan(speed[1:, 1:]).all()
+
+
+@pytest.mark.parametrize("response", [bit_step_response, bit_impulse_response, command_step_response])
+@pytest.mark.parametrize(
+    ("controller", "delay"), [(Controller(1e4, 8e3), 0.3), (Controller(2e4, 5e3), 0.1), (Controller(1e5, 3e4), 0.039)]
+)
+def test_a_control_that_feeds_vibration_is_refused_though_the_bit_hardly_takes_part(
+    response: Callable[..., tuple[np.ndarray, np.ndarray]], controller: Controller, delay: float
+) -> None:
+    """The simulated rig vibrates without bound; the transform alone gives a bounded curve."""
+    pipe = Section(4455.0, 1.633e-5, 217.0, 2.354e8)
+    unstable = DrillingSystem(TopDrive(1104.0, delay, controller), (pipe,), Bit(86.0))
+    steps = round(20 / TIME_STEP)
+    simulated = simulate(unstable, np.zeros(steps), np.zeros(steps), -np.ones(steps))
+    early, late = np.array_split(np.abs(simulated.speed), 4)[1::2]
+    assert late.max() > 10 * early.max()
+    with pytest.raises(EstimationError, match="unstable"):
+        response(unstable, 20.0, 0.05)
+    gains = np.array([[controller.proportional], [1500.0]]), np.array([[controller.integral], [800.0]])
+    pair, stable = (replace(unstable, top_drive=TopDrive(1104.0, delay, each)) for each in (Controller(*gains), SOFT))
+    _, speed = response(pair, 20.0, 0.05)
+    assert np.isnan(speed[0]).all()
+    np.testing.assert_allclose(speed[1], response(stable, 20.0, 0.05)[1], rtol=1e-9, atol=1e-15)
 
 
 @pytest.mark.parametrize(("inertia", "delta"), [(10.0, 2.5e8), (40.0, 1e9)])

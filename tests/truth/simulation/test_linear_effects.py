@@ -228,6 +228,9 @@ def test_a_motor_too_stiff_for_the_time_step_is_refused() -> None:
     system = replace(SYSTEM, motor=Motor(1e9, 0.0, 15.0), bit=Bit(5.0))
     with pytest.raises(SettingsError, match="too fast for a time step"):
         simulate(system, np.zeros(10), np.ones(10), np.zeros(10))
+    rigid = replace(system, motor=Motor(np.inf, 0.0, 15.0))
+    with pytest.raises(SettingsError, match="motor is rigid"):
+        simulate(rigid, np.zeros(10), np.ones(10), np.zeros(10))
 
 
 LEARNT = (Shaping(zero_1=0.02, pole_1=0.05), Shaping(zero_1=0.05, zero_2=0.004, pole_1=0.08, pole_2=0.006))

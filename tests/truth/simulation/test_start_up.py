@@ -142,6 +142,8 @@ def test_what_makes_no_sense_is_refused(tmp_path: Path) -> None:
         WellFriction(-0.1)
     with pytest.raises(SettingsError):
         WellFriction(0.1, breakaway=0.5)
+    with pytest.raises(SettingsError, match="20 samples"):
+        start_up(rig_at(1733.0, SURVEY, EQUIPMENT, SLIDING), np.zeros(20))
     path = tmp_path / "log.csv"
     path.write_text("t_s,td_rpm_measured\n0,0\n")
     with pytest.raises(LogError, match="torque_knm_measured"):

@@ -9,7 +9,10 @@ from drillid.datasets.codes import RigState
 from drillid.depth import stage
 from drillid.depth.responses import identified_models, identified_responses
 from drillid.depth.stage import time_in_states
+from drillid.discrepancy.catalogue import WindowModel
 from drillid.physics.responses import bit_mobility, command_mobility, laplace
+from drillid.physics.sensor import Recording
+from drillid.physics.time_responses import bit_step_response
 from tests.simulated import RIG, SHALLOW
 
 
@@ -25,6 +28,15 @@ def test_responses_are_those_of_the_system_stiff_and_controlled() -> None:
     np.testing.assert_allclose(found["bit_mobility_stiff"], bit_mobility(SHALLOW.system, s, stiff=True), rtol=1e-9)
     np.testing.assert_allclose(found["lag"], np.arange(0, 2.05, 0.1))
     assert not np.allclose(found["bit_step_stiff"], found["bit_step_controlled"])
+
+
+@pytest.mark.parametrize("interval", [0.02, 0.04, 0.07])
+def test_steps_of_a_control_that_holds_are_those_of_a_continuous_one_of_its_delay(interval: float) -> None:
+    settings = DepthSettings(step_duration_s=5.0, step_interval_s=0.02)
+    held = WindowModel(SHALLOW.system, Recording(), control_interval=interval).held()
+    found = identified_responses([held], np.geomspace(0.05, 4.0, 10), settings).isel(depth=0)
+    _, expected = bit_step_response(SHALLOW.system, 5.0, 0.02)
+    np.testing.assert_allclose(found["bit_step_controlled"], expected, rtol=1e-9, atol=1e-15)
 
 
 @pytest.mark.parametrize("block", [7, 1_000_000])

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from drillid.config.settings import DepthSettings
+from drillid.control.margins import is_stable
 from drillid.control.stick_slip import critical_slope
-from drillid.control.tuning import tune
+from drillid.control.tuning import controlled_by, tune
 from drillid.depth.speed_control import VARIABLES, speed_control, tuned_rows
 from drillid.discrepancy.catalogue import WindowModel
 from drillid.errors import SettingsError
+from drillid.physics.equipment import Controller
 from drillid.physics.sensor import Recording
 from tests.simulated import SHALLOW
 
@@ -47,6 +49,15 @@ def test_settings_are_those_of_the_model_of_all_windows_and_stability_of_the_win
     assert values["tuned_proportional"][0] != pytest.approx(tune(SHALLOW.system).controller.proportional)
 
 
+@pytest.mark.parametrize("interval", [0.02, 0.03, 0.05])
+def test_a_control_that_holds_is_tuned_as_a_continuous_one_of_its_delay(interval: float) -> None:
+    held = WindowModel(SHALLOW.system, Recording(), control_interval=interval).held()
+    values, expected = (speed_control([model], [model], np.array([1e5]), DepthSettings()) for model in (held, MODEL))
+    for name in VARIABLES:
+        np.testing.assert_allclose(values[name], expected[name], rtol=1e-9)
+        assert np.isfinite(values[name]).all()
+
+
 def test_tuned_gains_vibrate_less() -> None:
     values = found(DepthSettings(tuning_interval_m=1000.0))
     assert 0 < values["tuned_vibration"][-1] <= 1
@@ -69,6 +80,14 @@ def test_a_bit_that_feeds_vibration_by_itself_has_no_stable_speed(weight: float)
     assert values["critical_slope"][0] == pytest.approx(-slope, rel=1e-6)
     assert values["critical_frequency"][0] > 0
     assert values["lowest_stable_speed"][0] == np.inf
+
+
+def test_a_control_that_is_unstable_without_the_rock_has_no_stable_speed() -> None:
+    system = controlled_by(SHALLOW.system, Controller(40000.0, 5000.0))
+    assert not is_stable(system)
+    values = speed_control([WindowModel(system, Recording())], [None], np.array([1e5]), DepthSettings())
+    assert values["lowest_stable_speed"][0] == np.inf
+    assert np.isnan([values["critical_slope"][0], values["critical_frequency"][0]]).all()
 
 
 def test_a_bit_whose_torque_rises_with_speed_is_refused() -> None:

@@ -238,6 +238,13 @@ def test_a_speed_below_its_limit_does_not_read_the_same() -> None:
             "Risk of stick-slip at every speed: have the speed control tuned.",
             "The bit feeds vibration by itself, whatever the weight on it; 1 of 2 windows is below its limit.",
         ),
+        (
+            [np.nan, np.inf, 100.0],
+            np.nan,
+            "Risk of stick-slip at every speed: have the speed control tuned.",
+            "The speed control feeds vibration by itself, whatever the weight on the bit; 1 of 2 windows is below its "
+            "limit.",
+        ),
     ],
 )
 def test_windows_that_no_speed_makes_stable_are_told(lowest: list[float], slope: float, lead: str, why: str) -> None:
