@@ -31,8 +31,8 @@ COORDINATES = (
     "hold",
     "reading",
 )
-"""Coordinates of a window, of order one; the pipe's length, polar moment and the gains are relative changes, and damping
-and inertia at the bit are relative to the pipe's polar moment.
+"""Coordinates of a window, of order one; the pipe's length, polar moment and the gains are relative changes, and
+damping and inertia at the bit are relative to the pipe's polar moment.
 """
 SHARED = len(COORDINATES)
 """Number of shared coordinates."""
