@@ -150,7 +150,7 @@ class DepthSettings(Strict):
 
     step_duration_s: float = Field(default=10.0, gt=0, le=600)
     """Length of the step responses, in s."""
-    step_interval_s: float = Field(default=0.05, gt=0, le=10)
+    step_interval_s: float = Field(default=0.05, ge=0.001, le=10)
     """Spacing of the step responses' lags, in s."""
     tuning_interval_m: float = Field(default=50.0, gt=0, le=1000)
     """Settings of the speed control are sought once in every interval of depth, in m."""

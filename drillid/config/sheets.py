@@ -3,6 +3,7 @@
 import difflib
 import os
 import re
+import unicodedata
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,11 +23,12 @@ if TYPE_CHECKING:
 
 
 def _checked_name(name: str) -> str:
+    """The name with each accented letter as one character, as not all keyboards and programs write it."""
     if not name.isprintable():
         raise KeyFault("", f"{name!r} holds characters that cannot be printed", "Retype the name")
     if {".", ".."}.intersection(name.split("/")):
         raise KeyFault("", f"'{name}' is a path, not a name", "Write the well's name")
-    return name
+    return unicodedata.normalize("NFC", name)
 
 
 class WellRow(Strict):

@@ -2,6 +2,7 @@
 
 import os
 import re
+import unicodedata
 from pathlib import Path
 
 import pytest
@@ -77,6 +78,16 @@ def test_a_mistake_in_a_row_names_row_and_remedy_and_is_of_its_well_alone(
     assert found["W2"].logs == (Path("b.csv"),)
     assert len({folder.casefold() for folder in found}) == len(found)
     assert all(re.fullmatch(SAFE, folder) for folder in found)
+
+
+def test_a_name_is_the_same_however_its_accents_are_written(tmp_path: Path) -> None:
+    wells, logs = (
+        f"well\t{column}\n" + unicodedata.normalize(form, f"\u00c5sgard A-1\t{cell}\n")
+        for column, cell, form in (("rig", "toy", "NFC"), ("log", "a.csv", "NFD"))
+    )
+    settings = settings_for(tmp_path, wells, logs)
+    assert faults_in(settings) == {}
+    assert [listing.name for listing in read_sheets(settings).values()] == ["\u00c5sgard A-1"]
 
 
 def test_unknown_wells_that_would_share_a_folder_are_all_told(tmp_path: Path) -> None:
