@@ -20,6 +20,8 @@ _LEVEL = 0.95
 _TAILS = ((1 - _LEVEL) / 2, (1 + _LEVEL) / 2)
 _REACH, _POINTS = 10.0, 201
 """Standard errors on either side of an estimate over which a posterior is computed, and the number of sizes."""
+_NEGLIGIBLE = 1e-4
+"""Share of the posterior mass up to which a fit is left out."""
 _FAR = 1e3
 """Offset, in tolerances, at which a data-sheet value has practically no weight."""
 
@@ -40,10 +42,12 @@ def fitted_size_interval(
     """
     size, estimate = extensions[place].cause.size, float(fits[0][0].point.sizes[place])
     shares = softmax([log_mass for _, log_mass in fits])
-    curves = [_cumulative(fit, extensions, place) for fit, _ in fits]
+    # a fit that was stopped far from its optimum may have no error of its size
+    counted = shares > _NEGLIGIBLE
+    curves = [_cumulative(fit, extensions, place) for (fit, _), counts in zip(fits, counted, strict=True) if counts]
     sizes = np.unique(np.concatenate([at for at, _ in curves]))
-    below = sum(share * np.interp(sizes, *curve) for share, curve in zip(shares, curves, strict=True))
-    low, high = np.interp(_TAILS, below, sizes)
+    below = sum(share * np.interp(sizes, *curve) for share, curve in zip(shares[counted], curves, strict=True))
+    low, high = np.interp(_TAILS, below / shares[counted].sum(), sizes)
     return max(min(float(low), estimate), size.low), min(max(float(high), estimate), size.high)
 
 

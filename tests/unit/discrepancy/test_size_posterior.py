@@ -1,5 +1,7 @@
 """Intervals of sizes against draws from their prior and their errors."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import norm, t
@@ -105,3 +107,10 @@ def test_an_interval_over_several_models_is_that_of_the_mean_of_their_posteriors
         found = fitted_size_interval([(fits[0], 7.0), (fits[1], 7.0 + np.log(odds))], (GAIN,), 0)
         exact = _central((first + odds * second) / (1 + odds))
         assert found == pytest.approx(exact, abs=0.02 * np.ptp(exact))
+
+
+def test_a_fit_of_no_mass_does_not_count_even_if_its_size_has_no_error() -> None:
+    good = _told_by_two_data_sheets(0.3, np.zeros(2), np.zeros(2))
+    bad = replace(good, information=np.full_like(good.information, np.nan))
+    alone = fitted_size_interval([(good, 0.0)], (GAIN,), 0)
+    assert fitted_size_interval([(good, 0.0), (bad, -30.0)], (GAIN,), 0) == alone
