@@ -80,3 +80,7 @@ class DamageError(DatasetError):
 
 class EstimationError(DrillidError):
     """Data that are insufficient for the requested estimate."""
+
+
+class UnstableControlError(EstimationError):
+    """A speed control that is unstable by itself, so that no estimate of a limit of its stability exists."""

@@ -108,8 +108,7 @@ def parse_yaml(text: str, where: str | Path) -> Any:
         node = loader.get_single_node()
         if node is None:
             return None
-        _Check(where).size(node)
-        _check_values(loader, node, where)
+        _Check(where, loader).size(node)
         return loader.construct_document(node)
     except yaml.MarkedYAMLError as error:
         raise _fault(error, text, where) from error
@@ -122,19 +121,6 @@ def parse_yaml(text: str, where: str | Path) -> Any:
     finally:
         if loader is not None:
             loader.dispose()
-
-
-def _check_values(loader: Any, node: yaml.Node, where: str | Path) -> None:
-    """Refuse a value that is not what its tag says, or has more digits than can be read."""
-    for child in _children(node):
-        _check_values(loader, child, where)
-    if isinstance(node, yaml.ScalarNode) and node.tag not in _TAGS_OF_KEYS:
-        try:
-            loader.construct_object(node)
-        except (ValueError, KeyError, IndexError) as error:
-            what = f"'{node.value[:40]}' cannot be read as {node.tag.rsplit(':', 1)[-1]}"
-            remedy = "Correct it, and leave out tags such as !!int"
-            raise SettingsError(f"{where}, line {node.start_mark.line + 1}", what, remedy) from error
 
 
 @functools.cache
@@ -172,10 +158,12 @@ def _check_depth(text: str, where: str | Path) -> None:
 
 
 class _Check:
-    """Sizes of nodes with their aliases written out; on the way keys that are there twice or are no text."""
+    """Sizes of nodes with their aliases written out; on the way keys that are there twice or are no text, and values
+    that are not what their tags say.
+    """
 
-    def __init__(self, where: str | Path) -> None:
-        self.where = where
+    def __init__(self, where: str | Path, loader: Any) -> None:
+        self.where, self.loader = where, loader
         self.sizes: dict[int, int] = {}
         self.open: set[int] = set()
 
@@ -185,13 +173,15 @@ class _Check:
         Raises
         ------
         SettingsError
-            If there are too many, if the node holds itself, or a key twice, or a key that is no text.
+            If there are too many, if the node holds itself, or a key twice, or a key that is no text, or a value that
+            cannot be read.
         """
         if id(node) in self.open or len(self.open) > _DEEPEST:
             raise _too_much(self.where, node.start_mark, "holds an alias of itself")
         if id(node) not in self.sizes:
             self.open.add(id(node))
             self._check_keys(node)
+            self._check_value(node)
             self.sizes[id(node)] = 1 + sum(map(self.size, _children(node)))
             self.open.remove(id(node))
         if self.sizes[id(node)] > _LARGEST_NODES:
@@ -210,6 +200,17 @@ class _Check:
                 what = f"the key '{key.value}' is already given in line {seen[key.value]}"
                 raise SettingsError(f"{self.where}, line {line}", what, "Keep one of the two")
             seen[key.value] = line
+
+    def _check_value(self, node: yaml.Node) -> None:
+        """Refuse a value that is not what its tag says, or has more digits than can be read."""
+        if not isinstance(node, yaml.ScalarNode) or node.tag in _TAGS_OF_KEYS:
+            return
+        try:
+            self.loader.construct_object(node)
+        except (ValueError, KeyError, IndexError) as error:
+            what = f"'{node.value[:40]}' cannot be read as {node.tag.rsplit(':', 1)[-1]}"
+            remedy = "Correct it, and leave out tags such as !!int"
+            raise SettingsError(f"{self.where}, line {node.start_mark.line + 1}", what, remedy) from error
 
 
 def _children(node: yaml.Node) -> Iterator[yaml.Node]:

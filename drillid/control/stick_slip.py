@@ -15,7 +15,7 @@ import numpy as np
 from drillid.arrays import Complex, Floats
 from drillid.control.margins import is_stable
 from drillid.control.tuning import controlled_by, first_sample
-from drillid.errors import EstimationError, SettingsError
+from drillid.errors import EstimationError, SettingsError, UnstableControlError
 from drillid.physics.bottom_end import cutting_admittance
 from drillid.physics.equipment import Controller, DrillingSystem, StribeckCutting, window_shape
 from drillid.physics.nonlinear import Cutting, NonlinearRig
@@ -30,7 +30,7 @@ _PULSE = 0.5
 """s, of the torque that starts the vibration whose growth is measured."""
 
 
-def stable_without_rock(system: DrillingSystem) -> bool:
+def _stable_without_rock(system: DrillingSystem) -> bool:
     """Whether the speed control is stable with a bit that feeds no vibration, as off bottom."""
     bit = replace(system.bit, damping=np.maximum(system.bit.damping, 0.0), cutting=())
     return is_stable(replace(system, bit=bit))
@@ -53,15 +53,17 @@ def critical_slope(system: DrillingSystem, *, stiff: bool = False) -> tuple[floa
     ------
     SettingsError
         If the system describes several samples.
+    UnstableControlError
+        If the speed control is unstable without the rock.
     EstimationError
-        If the speed control is unstable without the rock, or no fall of torque destabilises the system in the searched
-        band.
+        If no fall of torque destabilises the system in the searched band.
     """
     if math.prod(window_shape(system)) > 1:
         raise SettingsError("stick-slip", "the system describes several samples", "Give one, such as the first_sample")
     system = first_sample(system)
-    if not stiff and not stable_without_rock(system):
-        raise EstimationError("stick-slip", "the speed control is unstable without the rock", "Tune the speed control")
+    if not stiff and not _stable_without_rock(system):
+        what = "the speed control is unstable without the rock"
+        raise UnstableControlError("stick-slip", what, "Tune the speed control")
     rock_free = replace(system, bit=replace(system.bit, cutting=()))
 
     def admittance(frequency: Floats) -> Complex:
@@ -123,13 +125,13 @@ def stick_slip_map(
     system: DrillingSystem, cutting: Cutting, weight: Floats, controllers: Mapping[str, Controller]
 ) -> StickSlipMap:
     """Lowest stable speed at each weight (N) under each controller."""
-    systems = {name: controlled_by(system, controller) for name, controller in controllers.items()}
-    limits = {name: critical_slope(each) for name, each in systems.items() if stable_without_rock(each)}
-    speed = {name: np.full(weight.size, np.inf) for name in systems} | {
-        name: np.array([lowest_stable_speed(cutting, float(load), slope) for load in weight])
-        for name, (slope, _) in limits.items()
-    }
-    frequency = {name: limits[name][1] if name in limits else np.nan for name in systems}
+    speed, frequency = {}, {}
+    for name, controller in controllers.items():
+        try:
+            slope, frequency[name] = critical_slope(controlled_by(system, controller))
+            speed[name] = np.array([lowest_stable_speed(cutting, float(load), slope) for load in weight])
+        except UnstableControlError:
+            speed[name], frequency[name] = np.full(weight.size, np.inf), np.nan
     return StickSlipMap(weight, speed, frequency)
 
 

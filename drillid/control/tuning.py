@@ -7,14 +7,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from drillid.arrays import Floats
+from drillid.arrays import Floats, Integers
 from drillid.control.margins import Loops, Margins, is_stable_loop, margins
 from drillid.errors import EstimationError, SettingsError
 from drillid.physics.eight_parameters import KnownEquipment, drilling_system
 from drillid.physics.equipment import Controller, DrillingSystem, ImpedanceMatching, of_window, window_shape
 from drillid.physics.parameters import BOUNDS
 from drillid.physics.responses import bit_mobility, laplace
-from drillid.physics.stability import growing_poles
+from drillid.physics.stability import Loop, growing_poles
 from drillid.physics.time_responses import bit_step_response
 
 Family = Literal["proportional integral", "inertia compensation", "impedance matching"]
@@ -236,16 +236,7 @@ def tune(
     build, axes = _family(system, family, stiffness)
 
     def vibration(candidate: Controller) -> float:
-        """Of the worst sample; infinite where one is not stable."""
-        try:
-            stable = is_stable_loop(loops.under(candidate), candidate, growing)
-        except EstimationError:
-            # at the limit of stability
-            stable = False
-        if not stable:
-            return np.inf
-        worst = float(np.max(bit_vibration(controlled_by(system, candidate), goal, band)))
-        return worst if np.isfinite(worst) else np.inf
+        return _worst_vibration(controlled_by(system, candidate), loops.under(candidate), growing, goal, band)
 
     present = vibration(system.top_drive.controller)
     unit = present if np.isfinite(present) else 1.0
@@ -270,6 +261,18 @@ def tune(
     result = minimize(cost, coarse, method="Nelder-Mead", options=options)
     tuned = build(*result.x)
     return Tuning(tuned, float(result.fun) * unit, present, margins(loops.under(tuned)))
+
+
+def _worst_vibration(
+    system: DrillingSystem, loop: Loop, growing: Integers, goal: Goal, band: tuple[float, float]
+) -> float:
+    """Value of the goal for the worst sample; infinite where one is not stable, or at the limit of stability."""
+    try:
+        stable = is_stable_loop(loop, system.top_drive.controller, growing)
+    except EstimationError:
+        stable = False
+    worst = float(np.max(bit_vibration(system, goal, band))) if stable else np.inf
+    return worst if np.isfinite(worst) else np.inf
 
 
 def _family(system: DrillingSystem, family: Family, stiffness: float) -> tuple[Callable[..., Controller], list[Floats]]:

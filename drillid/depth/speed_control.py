@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drillid.arrays import Booleans, Floats
-from drillid.control.stick_slip import critical_slope, lowest_stable_speed, stable_without_rock
+from drillid.control.stick_slip import critical_slope, lowest_stable_speed
 from drillid.control.tuning import first_sample, tune
-from drillid.errors import EstimationError
+from drillid.errors import EstimationError, UnstableControlError
 from drillid.physics.nonlinear import Cutting, Weakening
 from drillid.units import RPM
 
@@ -62,9 +62,9 @@ def _stability(system: DrillingSystem, rock: Cutting, weight: float) -> dict[str
     Under a control that is unstable without the rock no speed is stable, and no fall of torque is the critical one.
     """
     try:
-        if not stable_without_rock(system):
-            return {"lowest_stable_speed": np.inf}
         slope, frequency = critical_slope(system)
+    except UnstableControlError:
+        return {"lowest_stable_speed": np.inf}
     except EstimationError:
         # no fall of torque destabilises it, or it lies at the limit of stability
         return {}

@@ -75,6 +75,11 @@ class DataSheet:
     cannot."""
 
     @property
+    def tells_control_interval(self) -> bool:
+        """Whether a document or the rows tell the interval of the control."""
+        return bool(np.isfinite(self.control_interval)) and not self.control_interval_is_taken
+
+    @property
     def equipment(self) -> KnownEquipment:
         """Equipment that a fit of one window takes as known."""
         return KnownEquipment(self.controller, self.collar_length, self.collar_polar_moment)

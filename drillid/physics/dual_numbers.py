@@ -62,7 +62,7 @@ def _operator(ufunc: np.ufunc) -> Callable[..., Any]:
             made: Dual = self.__array_ufunc__(ufunc, "__call__", self, other)
             return made
         result = np.asarray(ufunc(self.value, other))
-        return self._times(result, None if slope is _one else slope(result, self.value, other))
+        return self._chained(result, None if slope is _one else slope(result, self.value, other))
 
     return applied
 
@@ -73,7 +73,7 @@ def _reflected(ufunc: np.ufunc) -> Callable[..., Any]:
 
     def applied(self: "Dual", other: Any) -> "Dual":
         result = np.asarray(ufunc(other, self.value))
-        return self._times(result, None if slope is _one else slope(result, other, self.value))
+        return self._chained(result, None if slope is _one else slope(result, other, self.value))
 
     return applied
 
@@ -115,7 +115,7 @@ class Dual(NDArrayOperatorsMixin):
         """A Dual that depends on one parameter alone, with a derivative of the value's shape."""
         return cls._made(value, slope[None], _index(place), parameters)
 
-    def _times(self, value: Array, slope: Any) -> "Dual":
+    def _chained(self, value: Array, slope: Any) -> "Dual":
         """A function of this one variable, with its derivative; that of None is one."""
         tangents = _aligned(self.tangents, value.ndim)
         return Dual._made(value, tangents if slope is None else slope * tangents, self.indices, self.parameters)
@@ -225,9 +225,7 @@ def lifted(function: Callable[[Any], Any], slope: Callable[[Any], Any], argument
     """Value of a function of one variable outside the table of ufuncs, with its derivative given as `slope`."""
     if not isinstance(argument, Dual):
         return function(argument)
-    return Dual(
-        function(argument.value), slope(argument.value) * argument.tangents, argument.indices, argument.parameters
-    )
+    return argument._chained(np.asarray(function(argument.value)), slope(argument.value))
 
 
 def linear(operator: Callable[[Array], Array], argument: Any) -> Any:

@@ -47,7 +47,7 @@ def fit_base(evidence: Evidence, *further: Point) -> tuple[SetModel, SetFit]:
     model = SetModel(evidence)
     starts = (model.start(), model.expected(), *(at_interval_of(model, point) for point in further))
     base = max((fit_set(model, start) for start in starts), key=lambda fit: fit.mass)
-    if np.isnan(evidence.data_sheet.control_interval):
+    if not evidence.data_sheet.tells_control_interval:
         model, base = at_likeliest_interval(model, base)
     model, base = with_own_deviation(model, base)
     return model, without_outlier_windows(model, base)
@@ -76,9 +76,7 @@ def at_likeliest_interval(
     """
     best, least = (model, fit), min(least, fit.cost + interval_cost(model))
     for usual in usual_intervals(model.evidence.data_sheet):
-        other = model.with_evidence(_evidence_at(model.evidence, usual))
-        start = at_interval_of(other, best[1].point)
-        again = fit_set(other, start, extensions, least)
+        other, again = _fit_at(usual, model, best[1], extensions, least)
         if again.cost + interval_cost(other) < least:
             best, least = (other, again), again.cost + interval_cost(other)
     return best
@@ -86,22 +84,26 @@ def at_likeliest_interval(
 
 def fits_at_intervals(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]) -> list[tuple[SetFit, float]]:
     """The fit, and where the interval of the control is not known those at other usual ones that are not far less
-    likely, each with the logarithm of its posterior mass, up to a constant.
+    likely, each with the logarithm of its posterior mass, to which the odds of its interval against the fit's own are
+    added.
     """
-    sheet, cost = model.evidence.data_sheet, interval_cost(model)
-    found = [(fit, fit.mass - cost)]
-    if np.isfinite(sheet.control_interval) and not sheet.control_interval_is_taken:
-        return found
-    own = _nearest_usual(model)
-    for usual in usual_intervals(sheet):
-        if usual is own:
-            continue
-        other = model.with_evidence(_evidence_at(model.evidence, usual))
-        enough = fit.cost + cost - usual.cost + OUT_OF_REACH
-        again = fit_set(other, at_interval_of(other, fit.point), extensions, enough)
-        if again.cost < enough:
-            found.append((again, again.mass - usual.cost))
+    sheet, own, found = model.evidence.data_sheet, _nearest_usual(model), [(fit, fit.mass)]
+    for usual in () if sheet.tells_control_interval else usual_intervals(sheet):
+        if usual is not own:
+            odds = own.cost - usual.cost
+            enough = fit.cost + odds + OUT_OF_REACH
+            _, again = _fit_at(usual, model, fit, extensions, enough)
+            if again.cost < enough:
+                found.append((again, again.mass + odds))
     return found
+
+
+def _fit_at(
+    usual: Usual, model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], enough: float
+) -> tuple[SetModel, SetFit]:
+    """The model and its fit at another interval of the control, from the optimum at the model's own."""
+    other = model.with_evidence(_evidence_at(model.evidence, usual))
+    return other, fit_set(other, at_interval_of(other, fit.point), extensions, enough)
 
 
 def at_interval_of(model: SetModel, point: Point) -> Point:

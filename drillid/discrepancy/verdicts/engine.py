@@ -125,8 +125,7 @@ def _by_responses(
     lower = _at_lower_base(evidence, begun, likeliest, causes, generator)
     if lower is not None:
         return _by_responses(evidence, lower, causes, generator, rate)
-    is_interval_free = bool(np.isnan(evidence.data_sheet.control_interval))
-    found = _explained(begun, likeliest, causes, generator, is_interval_free=is_interval_free)
+    found = _explained(begun, likeliest, causes, generator)
     p_value = min(begun.p_value, _bounded_p_value(found)) if rejected else begun.p_value
     if p_value >= rate and begun.base.data_sheet_cost > REJECTED_PULLS and likeliest.evidence > 0:
         chance = chance_of_evidence(begun.model, begun.base, causes, likeliest.evidence, generator)
@@ -171,21 +170,15 @@ def _at_lower_base(
 
 
 def _explained(
-    examination: Examination,
-    likeliest: Likeliest,
-    causes: list[Cause],
-    generator: np.random.Generator,
-    *,
-    is_interval_free: bool,
+    examination: Examination, likeliest: Likeliest, causes: list[Cause], generator: np.random.Generator
 ) -> Examination:
     """What explains the linear responses, at the likeliest interval of the control where the data sheet states none."""
-    again = None
-    if is_interval_free and likeliest.posterior is not None:
-        least = CONTENDER * max(likeliest.posterior.best.log_evidence, 0.0)
-        likely = [fit for fit in likeliest.posterior.fitted_causes if fit.log_evidence > least]
+    again, posterior = None, likeliest.posterior
+    if posterior is not None and not examination.model.evidence.data_sheet.tells_control_interval:
+        of_contender = CONTENDER * max(posterior.best.log_evidence, 0.0)
+        likely = [fit for fit in posterior.fitted_causes if fit.log_evidence > of_contender]
         again = _at_likeliest_interval(examination, likely, causes, generator)
-        least = likeliest.posterior.best.fit.cost + interval_cost(examination.model)
-        if again is not None and _cost(again) <= least:
+        if again is not None and _cost(again) <= posterior.best.fit.cost + interval_cost(examination.model):
             return again
     found = explain_responses(examination, likeliest, causes, generator)
     return found if again is None or (found.extensions and _cost(found) < _cost(again)) else again

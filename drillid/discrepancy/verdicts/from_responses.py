@@ -137,9 +137,7 @@ def _linear_verdict(
     evidence = result.model.evidence
     cause, rows = fit.extension.cause, result.extensions[place].windows
     at_shapes = [] if cause.size.fixed else fits_at_shapes(result.model, result.extended, result.extensions, place)
-    interval_odds = fits[0][1] - fits[0][0].mass
-    fits = [*fits, *((other, other.mass + interval_odds) for _, other in at_shapes[1:])]
-    size, low, high = _size(result, fits, place)
+    size, low, high = _size(result, [*fits, *((other, other.mass) for _, other in at_shapes[1:])], place)
     depth = evidence.operating_points.hole_depth if rows is None else evidence.operating_points.hole_depth[list(rows)]
     without = tuple(other for number, other in enumerate(result.extensions) if number != place)
     detected = own_detection(cause.name, result.detections)

@@ -32,7 +32,7 @@ from drillid.discrepancy.inference.set_fit import fit_set
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.examination import Examination
-from drillid.discrepancy.verdicts.verdict import CALIBRATION
+from drillid.discrepancy.verdicts.verdict import CALIBRATION, Verdict
 
 HIDDEN = {
     "drive_lag": 1,
@@ -175,12 +175,18 @@ def test_a_cause_that_is_likeliest_at_another_interval_of_the_control_is_found_t
     assert verdict.size_low <= slow.size <= verdict.size_high
 
 
+def alone(found: Examination, hidden: Hidden) -> Verdict:
+    """The only verdict, which names a hidden cause with an interval that holds its size."""
+    (verdict,) = found.verdicts
+    assert verdict.verdict == hidden.name
+    assert verdict.size_low <= hidden.size <= verdict.size_high
+    return verdict
+
+
 def test_a_torque_that_falls_by_another_law_than_its_detector_knows_has_the_size_of_the_responses() -> None:
     falling = Hidden("stribeck_cutting", 22.900618946447118, 0.3969899026300311)
     found = examined_with(falling, 700387)
-    (verdict,) = found.verdicts
-    assert verdict.verdict == "stribeck_cutting"
-    assert verdict.size_low <= falling.size <= verdict.size_high
+    verdict = alone(found, falling)
     (own,) = (detection for detection in found.detections if detection.cause == falling.name)
     # far too small, and so narrow an interval that it would be preferred
     assert own.size + 4 * own.size_error < falling.size
@@ -191,18 +197,13 @@ def test_the_lower_gain_that_a_limit_makes_is_no_second_cause() -> None:
     limit = Hidden("torque_limit", 3349.6, 0.2217)
     found = examined_with(limit, 700032)
     assert found.p_value < 1e-20
-    (verdict,) = found.verdicts
-    assert verdict.verdict == "torque_limit"
-    assert verdict.size_low <= limit.size <= verdict.size_high
+    alone(found, limit)
 
 
 def test_what_images_of_a_held_record_resemble_is_no_second_cause() -> None:
     held = Hidden("sample_and_hold", 0.0757742658584387, 0.7654680568085672)
     found = examined_with(held, 590054)
-    (verdict,) = found.verdicts
-    assert verdict.verdict == "sample_and_hold"
-    assert verdict.size == pytest.approx(held.size, rel=3e-4)
-    assert verdict.size_low <= held.size <= verdict.size_high
+    assert alone(found, held).size == pytest.approx(held.size, rel=3e-4)
     (limit,) = (detection for detection in found.detections if detection.cause == "torque_rate_limit")
     assert limit.p_value < 1e-3
 
@@ -212,17 +213,13 @@ def test_a_held_record_whose_responses_show_no_misfit_is_no_jitter() -> None:
     case = replace(other_plain_case(580121)[0], hidden=(held,))
     found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
     assert found.p_value > ERROR_RATE
-    (verdict,) = found.verdicts
-    assert verdict.verdict == "sample_and_hold"
-    assert verdict.size_low <= held.size <= verdict.size_high
+    alone(found, held)
 
 
 def test_a_held_record_whose_images_lie_above_the_band_is_not_denied_for_lack_of_jitter() -> None:
     held = Hidden("sample_and_hold", 0.055, 0.64)
     found = examined_with(held, 580088)
-    (verdict,) = found.verdicts
-    assert verdict.verdict == "sample_and_hold"
-    assert verdict.size_low <= held.size <= verdict.size_high
+    alone(found, held)
     (jitter,) = (detection for detection in found.detections if detection.cause == "delay_jitter")
     assert jitter.evidence_for(held.size**2 / 12) < 0
 
