@@ -127,13 +127,8 @@ def promote_learnt(
 
     Example: drillid promote results/main/discrepancy/W1/examination.zarr soft_joint --output soft_joint.py
     """
-    import xarray as xr
-
-    from drillid.discrepancy.learning.promotion import write_module
-    from drillid.errors import SettingsError
+    from drillid.discrepancy.learning.promotion import read_examination, write_module
 
     with faults_told():
-        if not examination.is_dir():
-            raise SettingsError(str(examination), "there is no such dataset", "Give the examination.zarr of a well")
-        write_module(xr.open_zarr(examination, consolidated=False), number, name, str(examination), output)
+        write_module(read_examination(examination), number, name, str(examination), output)
     typer.echo(f"written to {output}")

@@ -7,10 +7,12 @@ information (`drillid.common_causes.pooling`); the common size is integrated ove
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtrc, logsumexp
+from scipy.optimize import brentq
+from scipy.special import chdtrc, logsumexp, ndtr
 
 from drillid.arrays import Floats
 from drillid.common_causes.pooling import Quadratic, Wells, apart, together
@@ -33,6 +35,8 @@ _NEAR = 8.0
 class CommonCause:
     """One candidate over a group."""
 
+    number: int
+    """Its number among the candidates."""
     extension: Extension
     gain: float
     """Largest log-likelihood ratio of one common size, against none."""
@@ -52,9 +56,9 @@ class CommonCause:
     heterogeneity: float
     """p-value of the wells' scatter about the common size (Cochran 1954, Biometrics 10, 101–129)."""
     deviations: Floats
-    """(N,) each well's size less the common one, in its standard errors; NaN where it does not show the size."""
-    precision: Floats
-    """(N,) of each well's size, without the rig's coordinates."""
+    """(N,) each well's size less the common one, in its standard errors with the rig's coordinates held at those of all
+    wells; NaN where it does not show the size.
+    """
     alone: Floats
     """(N,) log evidence that each well has it alone."""
 
@@ -91,16 +95,18 @@ def common_cause(wells: Wells, number: int, extension: Extension) -> CommonCause
     common = float(logsumexp(curve + prior))
     each = logsumexp(apart(wells, at, zero) + prior, axis=1)
     mass = np.exp(curve + prior - common)
-    mean = float(mass @ grid)
     low, high = _interval(grid, mass)
-    deviations, precision, spread = _scatter(wells, number, mean, max((high - low) / 4, 1e-6 * largest), largest, at)
+    step = max((high - low) / 4, 1e-6 * largest)
+    deviations, spreads = _scatter(wells, number, float(mass @ grid), step, largest, at)
+    mean, low, high = (float(np.clip(value, size.low, size.high)) for value in _over_spreads(grid, mass, spreads))
     finite = np.isfinite(deviations)
     freedom = int(finite.sum()) - 1
     return CommonCause(
+        number=number,
         extension=extension,
         gain=float(curve.max()),
         common=common,
-        spread=common + spread,
+        spread=common + float(logsumexp([each.evidence for each in spreads]) - np.log(len(spreads))),
         one_well=float(logsumexp(each) - np.log(each.size)),
         size=mean,
         size_low=low,
@@ -108,9 +114,18 @@ def common_cause(wells: Wells, number: int, extension: Extension) -> CommonCause
         at_bound=_is_end(grid, float(grid[np.argmax(curve)])),
         heterogeneity=float(chdtrc(freedom, np.sum(deviations[finite] ** 2))) if freedom > 0 else float("nan"),
         deviations=deviations,
-        precision=precision,
         alone=each,
     )
+
+
+def standard_errors_off(wells: Wells, number: int, extension: Extension, size: float) -> float:
+    """How far a size, of a candidate by its number, lies from the likeliest one of all wells together: the root of the
+    likelihood ratio in standard errors, with the rigs' coordinates integrated out (Wilks 1938).
+    """
+    largest = max(abs(size), *(float(each.sizes[number].max()) for each in wells.sets))
+    _, at = _resolved(wells, number, sizes_grid(extension.cause.size, largest))
+    fall = together(wells, at).max() - together(wells, wells.at(number, np.array([size])))[0]
+    return float(np.sqrt(2 * max(fall, 0.0)))
 
 
 def _is_end(grid: Floats, size: float) -> bool:
@@ -137,21 +152,28 @@ def _resolved(wells: Wells, number: int, grid: Floats) -> tuple[Floats, Quadrati
     return grid, at
 
 
+@dataclass(frozen=True)
+class _Spread:
+    """Sizes of their own with some standard deviation, against one common size."""
+
+    evidence: float
+    """Log Bayes factor."""
+    offset: float
+    """By how much the mean of the sizes is likelier to be larger."""
+    variance: float
+    """What it adds to the variance of that mean."""
+
+
 def _scatter(
     wells: Wells, number: int, mean: float, step: float, widest: float, everywhere: Quadratic
-) -> tuple[Floats, Floats, float]:
-    """The wells' deviations from a common size, and the log evidence of a spread against none.
+) -> tuple[Floats, list[_Spread]]:
+    """The wells' deviations (N,) from a common size, and what each of the spreads that are tried makes of it.
 
     Parameters
     ----------
     step : over which the likelihoods are differentiated in size
     widest : prior standard deviation of the common size
     everywhere : the wells' likelihoods over the grid
-
-    Returns
-    -------
-    deviations, precision : (N,), (N,), see `CommonCause`
-    spread : log Bayes factor of sizes of their own against one common size
     """
     at = wells.at(number, mean + step * np.array([-1.0, 0.0, 1.0]))
     modes = _rig_modes(wells, at.score[:, 1], at.information[:, 1])
@@ -170,10 +192,35 @@ def _scatter(
     )
     lower = np.concatenate([-border, bent[:, None]], axis=1)
     information = np.concatenate([upper, lower[:, None]], axis=1)
-    shares = (0.0, *_SPREADS)
-    evidence = [_evidence(wells, modes, score, information, (share * mean) ** 2, widest) for share in shares]
+    alike, *spread = (
+        _pooled(wells, modes, score, information, (share * mean) ** 2, widest) for share in (0.0, *_SPREADS)
+    )
     deviations = np.where(bent > 0, slope / np.sqrt(np.where(bent > 0, bent, 1.0)), np.nan)
-    return deviations, curvature, float(logsumexp(evidence[1:]) - np.log(len(_SPREADS)) - evidence[0])
+    return deviations, [_Spread(*np.subtract(each, alike)) for each in spread]
+
+
+def _over_spreads(grid: Floats, mass: Floats, spreads: Sequence[_Spread]) -> tuple[float, float, float]:
+    """Mean and central 95 % interval of the common size, which is known less well where the wells' own sizes differ:
+    the mixture over no spread and each of some, by their posterior probabilities.
+
+    Parameters
+    ----------
+    mass : of the grid's sizes where all wells have the same size
+    """
+    evidence = np.array([np.log(len(spreads)), *(each.evidence for each in spreads)])
+    weights = np.exp(evidence - logsumexp(evidence))
+    offsets = np.array([0.0, *(each.offset for each in spreads)])
+    # the grid resolves no more than its steps
+    variances = np.maximum([0.0, *(each.variance for each in spreads)], 0.0) + mass @ np.gradient(grid) ** 2 / 12
+    places = grid + offsets[:, None]
+
+    def below(size: float) -> float:
+        return float(weights @ (ndtr((size - places) / np.sqrt(variances)[:, None]) @ mass))
+
+    beyond = 10 * np.sqrt(variances.max())
+    ends = places.min() - beyond, places.max() + beyond
+    low, high = (brentq(lambda size, share=share: below(size) - share, *ends) for share in (0.025, 0.975))
+    return float(weights @ (places @ mass)), float(low), float(high)
 
 
 def _least_curvature(wells: Wells, information: Floats, border: Floats) -> Floats:
@@ -198,8 +245,12 @@ def _rig_modes(wells: Wells, score: Floats, information: Floats) -> Floats:
     return np.stack(modes)
 
 
-def _evidence(wells: Wells, modes: Floats, score: Floats, information: Floats, variance: float, widest: float) -> float:
-    """Log evidence, up to a constant, of wells' sizes with a variance about a common one near the expansion."""
+def _pooled(
+    wells: Wells, modes: Floats, score: Floats, information: Floats, variance: float, widest: float
+) -> tuple[float, float, float]:
+    """Wells' sizes with a variance about a common one near the expansion: log evidence up to a constant, the common
+    size less that of the expansion, and its variance.
+    """
     own = information[:, -1, -1]
     shrunk = variance / (1 + variance * own)
     total = -0.5 * float(np.sum(np.log1p(variance * own))) + 0.5 * float(np.sum(shrunk * score[:, -1] ** 2))
@@ -219,7 +270,8 @@ def _evidence(wells: Wells, modes: Floats, score: Floats, information: Floats, v
         vector = vector + right[count:] - whole[count:, :count] @ solved[:, -1]
     # a prior of the common size as wide as the grid
     left = max(float(matrix[0, 0]), widest**-2.0)
-    return float(total + 0.5 * float(vector[0]) ** 2 / left - 0.5 * np.log(left))
+    best = float(vector[0]) / left
+    return float(total + 0.5 * best**2 * left - 0.5 * np.log(left)), best, 1 / left
 
 
 def _interval(grid: Floats, mass: Floats) -> tuple[float, float]:

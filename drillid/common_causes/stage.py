@@ -81,9 +81,11 @@ def read_well(folders: WellFolders, shares: Mapping[str, str]) -> WellEvidence:
         kept.append(_statistics(of_set, well, rig))
     table = read_verdicts(folders)
     named = table[table["cause"].fillna("").astype(str) != ""]
+    # a cause that several sets name counts once, at its largest size
+    largest = named.sort_values("size", key=abs, ascending=False, kind="stable").drop_duplicates("class").sort_index()
     verdicts = tuple(
         OwnVerdict(tuple(str(row["class"]).split("|")), str(row["cause"]), float(row["size"]))
-        for row in named.to_dict("records")
+        for row in largest.to_dict("records")
     )
     return WellEvidence(well, {"rig": rig, **shares}, tuple(kept), verdicts, tuple(reasons))
 

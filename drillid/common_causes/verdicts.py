@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 
 import numpy as np
-from scipy.special import logsumexp
+from scipy.special import logsumexp, ndtr
 
 from drillid.arrays import Indices
-from drillid.common_causes.hierarchy import CommonCause, common_cause, family_p_value
+from drillid.common_causes.hierarchy import CommonCause, common_cause, family_p_value, standard_errors_off
 from drillid.common_causes.pooling import SetStatistics, Wells
 from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE
@@ -18,7 +19,8 @@ from drillid.discrepancy.rules import CLASS_MASS, SISTERS_SEE
 from drillid.discrepancy.verdicts.naming import class_evidence, class_name
 from drillid.discrepancy.verdicts.verdict import NONE
 
-SHARES, LONE, WITHDRAWN = "shares it", "this log only", "withdrawn"
+SHARES, OTHER_SIZE, ABSENT = "shares it", "has it at another size", "does not have it"
+LONE, WITHDRAWN = "this log only", "withdrawn"
 UNSEEN, UNSEEING = "the others cannot tell", "cannot tell"
 AT_BOUND = "at_bound"
 
@@ -47,6 +49,7 @@ class CommonVerdict:
     cause: str
     """The most likely member whose size lies within the range compared."""
     probability: float
+    """Posterior of the verdict; one well that has a cause alone counts as another answer."""
     evidence_nats: float
     """Log Bayes factor that all wells have it, against none."""
     p_value: float
@@ -58,6 +61,8 @@ class CommonVerdict:
     unit: str
     wells: int
     """Number of wells whose evidence is combined."""
+    sharing: int
+    """Number of those whose own data do not deny the cause; 0 where nothing is named."""
     heterogeneity_p_value: float
     """p-value of the scatter of the wells' sizes."""
     spread_nats: float
@@ -115,24 +120,28 @@ def judge(
     own : verdicts of the wells
     error_rate : probability that a group without any cause gets a verdict other than none
     """
-    wells, lone = list(dict.fromkeys(each.well for each in sets)), dict[str, CommonCause]()
-    at, alone = {well: row for row, well in enumerate(wells)}, dict[str, float]()
+    wells = list(dict.fromkeys(each.well for each in sets))
+    lone, alone = dict[str, CommonCause](), dict[str, float]()
     while True:
         kept = [each for each in sets if each.well not in lone]
         found, p_value = _judged_causes(shared, kept)
-        first = max(found, key=lambda cause: cause.one_well)
-        bound = np.log(len(found) / error_rate)
-        if len(at) - len(lone) < _FEWEST or first.one_well < max(bound, max(cause.shared for cause in found)):
+        first, best = (max(found, key=attrgetter(answer)) for answer in ("one_well", "shared"))
+        if first.one_well < max(np.log(len(found) / error_rate), best.shared):
             break
         outlier = [well for well in wells if well not in lone][int(np.argmax(first.alone))]
         lone[outlier], alone[outlier] = first, float(first.alone.max())
-    best = max(found, key=lambda cause: cause.shared)
-    members = _members(found) if p_value < error_rate else ()
+        if len(wells) - len(lone) == 1:
+            break
+    is_common = p_value < error_rate and first.one_well < best.shared
+    members = _members(found) if is_common else ()
     named = [cause for cause in found if cause.extension.cause.name in members]
     refused, within = [each for each in named if each.at_bound], [each for each in named if not each.at_bound]
     # a class has the size of its likeliest member within the range compared; without one nothing is named
     members, best = (members, max(within, key=lambda cause: cause.shared)) if within else ((), best)
-    verdict = _verdict(shared, name, found, best, members, p_value, len(at) - len(lone), base_rates)
+    left = [well for well in wells if well not in lone]
+    sharing = [_sharing(shared, name, well, best, kept, error_rate / len(left)) for well in left] if members else []
+    shown = sum(standing.standing != ABSENT for standing in sharing)
+    verdict = _verdict(shared, name, found, best, members, p_value, (len(left), shown), base_rates)
     rows = [
         Standing(
             shared, name, well, cause.extension.cause.name, LONE, float("nan"), alone[well],
@@ -141,18 +150,12 @@ def judge(
         for well, cause in lone.items()
     ]  # fmt: skip
     rows += [_refused(shared, name, cause) for cause in refused]
-    left = [well for well in wells if well not in lone]
     for row, well in enumerate(left):
-        if members:
-            rows.append(_sharing(shared, name, well, best, row))
+        rows += sharing[row : row + 1]
         for stated in own.get(well, ()):
             if not set(stated.members) & set(members):
-                rows += _beside_sisters(shared, name, well, stated, found, row)
+                rows += _beside_sisters(shared, name, well, stated, found, kept)
     return Judged(verdict, tuple(rows))
-
-
-_FEWEST = 3
-"""Fewest wells among which one can be told from the others."""
 
 
 def _judged_causes(shared: str, sets: Sequence[SetStatistics]) -> tuple[list[CommonCause], float]:
@@ -185,18 +188,24 @@ def _verdict(
     best: CommonCause,
     members: tuple[str, ...],
     p_value: float,
-    wells: int,
+    wells: tuple[int, int],
     base_rates: BaseRates,
 ) -> CommonVerdict:
-    """The verdict with the size of the likeliest cause; that of none states its evidence and no size."""
+    """The verdict with the size of the likeliest cause; that of none states its evidence and no size.
+
+    Parameters
+    ----------
+    wells : how many are combined, and how many of them share the cause
+    """
     evidence, of_group = _by_cause(found), base_rates.among([each.extension.cause.name for each in found])
-    cause = best.extension.cause
+    cause, of_one_well = best.extension.cause, max(0.0, *(each.one_well for each in found))
     if members:
         of_class = class_evidence({member: evidence[member] for member in members}, base_rates)
-        probability, sizes = of_group.probability(members, of_class), (best.size, best.size_low, best.size_high)
+        probability = of_group.probability(members, of_class - of_one_well)
+        sizes = best.size, best.size_low, best.size_high
     else:
         of_class = class_evidence(evidence, base_rates)
-        probability, sizes = 1 - of_group.probability(evidence, of_class), (float("nan"),) * 3
+        probability, sizes = 1 - of_group.probability(evidence, of_class - of_one_well), (float("nan"),) * 3
     return CommonVerdict(
         shared,
         name,
@@ -208,7 +217,7 @@ def _verdict(
         p_value,
         *sizes,
         cause.size.unit if members else "",
-        wells,
+        *wells,
         best.heterogeneity,
         best.spread - best.common,
         best.one_well,
@@ -222,39 +231,65 @@ def _refused(shared: str, name: str, cause: CommonCause) -> Standing:
     return Standing(shared, name, "", cause.extension.cause.name, AT_BOUND, float("nan"), cause.shared, reason)
 
 
-def _sharing(shared: str, name: str, well: str, cause: CommonCause, row: int) -> Standing:
-    deviation = float(cause.deviations[row])
-    size = abs(cause.size) * float(np.sqrt(cause.precision[row]))
-    standing, reason = SHARES, f"the common size is {size:.1f} of its own standard errors"
-    if not size > 0:
+def _sharing(
+    shared: str, name: str, well: str, cause: CommonCause, sets: Sequence[SetStatistics], error_rate: float
+) -> Standing:
+    """How a well stands to a cause that is named for all.
+
+    Parameters
+    ----------
+    sets : of all wells that are combined
+    error_rate : probability that a well of the common size is told to be of another
+    """
+    row = list(dict.fromkeys(each.well for each in sets)).index(well)
+    deviation, alone, extension = float(cause.deviations[row]), float(cause.alone[row]), cause.extension
+    own = Wells([each for each in sets if each.well == well])
+    without, at_common = (standard_errors_off(own, cause.number, extension, size) for size in (0.0, cause.size))
+    standing, reason = SHARES, f"its own data lie {without:.1f} standard errors off without it, {at_common:.1f} with it"
+    if max(without, at_common) < _SEES:
         standing, reason = UNSEEING, "its data do not show a cause of this size"
-    return Standing(
-        shared, name, well, cause.extension.cause.name, standing, deviation, float(cause.alone[row]), reason
-    )  # fmt: skip
+    elif 2 * ndtr(-abs(deviation)) < error_rate:
+        standing = OTHER_SIZE if alone > 0 else ABSENT
+    return Standing(shared, name, well, extension.cause.name, standing, deviation, alone, reason)
+
+
+_SEES = 0.1
+"""Standard errors below which the data of a well tell nothing of a size."""
 
 
 def _beside_sisters(
-    shared: str, name: str, well: str, stated: OwnVerdict, found: Sequence[CommonCause], row: int
+    shared: str,
+    name: str,
+    well: str,
+    stated: OwnVerdict,
+    found: Sequence[CommonCause],
+    sets: Sequence[SetStatistics],
 ) -> list[Standing]:
     """What becomes of a well's own verdict that the other wells do not share."""
     own = [cause for cause in found if cause.extension.cause.name in stated.members]
     if not own:
         return []
+    row = list(dict.fromkeys(each.well for each in sets)).index(well)
     cause = max(own, key=lambda each: float(each.alone[row]))
     # of a class one member has the size that is stated
     sized = next((each for each in own if each.extension.cause.name == stated.cause), None)
-    sight = abs(stated.size) * float(np.sqrt(np.delete(sized.precision, row).sum())) if sized else float("nan")
+    sight = float("nan")
+    if sized and np.isfinite(stated.size):
+        others = Wells([each for each in sets if each.well != well])
+        sight = standard_errors_off(others, sized.number, sized.extension, stated.size)
     evidence = float(cause.alone[row])
     if np.isnan(sight):
         standing, reason = UNSEEN, "the data of the others cannot be compared, as its size is not known"
     elif sight < SISTERS_SEE:
-        standing, reason = UNSEEN, f"in the data of all others such a size is {sight:.1f} standard errors"
+        standing, reason = (
+            UNSEEN,
+            f"for the data of all others such a size is {sight:.1f} standard errors off, too few to deny it",
+        )
     elif evidence > 0:
         standing = LONE
-        reason = (
-            f"its {CATALOGUE[stated.cause].family} alone: in the data of the others it is {sight:.1f} standard errors"
-        )
+        family = CATALOGUE[stated.cause].family
+        reason = f"its {family} alone: for the data of the others it is {sight:.1f} standard errors off"
     else:
         standing = WITHDRAWN
-        reason = f"the data of the others, in which it is {sight:.1f} standard errors, leave no evidence for it"
+        reason = f"the data of the others, for which it is {sight:.1f} standard errors off, leave no evidence for it"
     return [Standing(shared, name, well, stated.cause, standing, float(cause.deviations[row]), evidence, reason)]

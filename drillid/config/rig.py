@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self, get_args
 from pydantic import Field, field_validator, model_validator
 
 from drillid.config.bounds import Between
-from drillid.config.validation import KeyFault, Strict
+from drillid.config.validation import KeyFault, Name, Strict
 from drillid.units import (
     Fraction,
     Hertz,
@@ -279,7 +279,7 @@ class HoleSection(Strict):
 class Rig(Strict):
     """One rig with its drill string: everything but the channels is optional, and has a tolerance."""
 
-    name: str
+    name: Name
     """Name of the rig, for reports."""
     time: Clock = Clock()
     """The log's times."""

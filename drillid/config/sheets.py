@@ -3,7 +3,6 @@
 import difflib
 import os
 import re
-import unicodedata
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +13,7 @@ from pydantic import Field, field_validator
 from drillid.config.folders import SAFE, Roots, as_seen, files_of, folder_apart, folder_of, without_links
 from drillid.config.listing import Listing, StartUpListing
 from drillid.config.sheet_rows import SheetRow, sheet_rows
-from drillid.config.validation import KeyFault, Strict
+from drillid.config.validation import KeyFault, Name, Strict, in_one_form
 from drillid.errors import SettingsError
 from drillid.formats.remote import url_of
 
@@ -23,12 +22,12 @@ if TYPE_CHECKING:
 
 
 def _checked_name(name: str) -> str:
-    """The name with each accented letter as one character, as not all keyboards and programs write it."""
+    """The name of a well or start of rotation, in one form."""
     if not name.isprintable():
         raise KeyFault("", f"{name!r} holds characters that cannot be printed", "Retype the name")
     if {".", ".."}.intersection(name.split("/")):
         raise KeyFault("", f"'{name}' is a path, not a name", "Write the well's name")
-    return unicodedata.normalize("NFC", name)
+    return in_one_form(name)
 
 
 class WellRow(Strict):
@@ -40,9 +39,9 @@ class WellRow(Strict):
     """Name of its rig description: the file `<rigs>/<rig>.yaml`; letters, digits, '_', '-' and '.'."""
     description: str = ""
     """Free text for the report."""
-    section: str = Field(default="", max_length=200)
+    section: Name = Field(default="", max_length=200)
     """What its string runs in, such as hole section and mud: wells with the same text here may have drag in common."""
-    tool: str = Field(default="", max_length=200)
+    tool: Name = Field(default="", max_length=200)
     """Its bit or motor: wells with the same text here may have its cutting law or its compliance in common."""
     folder: str = Field(default="", pattern=rf"^$|{SAFE}", max_length=100)
     """Its folder in the results; by default the letters and digits of its name, 34-10-A-12-H for 34/10-A-12 H."""

@@ -1,16 +1,26 @@
 """Frozen models that reject unknown keys and suggest the one that was probably meant."""
 
 import difflib
+import unicodedata
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
 from drillid.config.files import read_yaml
 from drillid.errors import SettingsError
 
 _BEYOND_BOUNDS = {"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"}
+
+
+def in_one_form(text: str) -> str:
+    """The text with each accented letter as one character, as not all keyboards and programs write it."""
+    return unicodedata.normalize("NFC", text)
+
+
+Name = Annotated[str, AfterValidator(in_one_form)]
+"""A text by which things are recognised as the same."""
 
 
 class KeyFault(ValueError):

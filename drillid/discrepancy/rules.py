@@ -95,7 +95,7 @@ LENGTH_DEVIATION = Rule(
 )
 SISTERS_SEE = Rule(
     3.0,
-    "standard errors from which the other wells count as able to detect a cause of the size that a verdict names",
+    "standard errors from which a size that a verdict names counts as denied by the data of the other wells",
     "as for the smallest size that a set detects",
     "tests/truth/common_causes/test_hierarchy.py::test_sisters_that_cannot_see_a_cause_contradict_nothing",
 )

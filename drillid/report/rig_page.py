@@ -74,6 +74,8 @@ def heading(group: Mapping[str, Any]) -> str:
 def common_text(group: dict[str, Any]) -> Markup:
     """What the wells of a group have in common, as a driller would say it, with size and doubt."""
     wells = f"{int(group['wells'])} wells of this {group['shared']}"
+    if int(group["sharing"]) not in (0, int(group["wells"])):
+        wells = f"{int(group['sharing'])} of {wells}"
     if not isinstance(group["cause"], str):
         return Markup("{}, taken together, show nothing that they all have in common.").format(wells)
     cause = CATALOGUE[group["cause"]]

@@ -1,10 +1,11 @@
 """The fingerprint of a learnt extension: its elements with places, sizes and covariance, and how like another's it is.
 
 A fingerprint holds the best fit of every element to the same data, so that two wells are compared by the same element
-even where a different one was chosen in each. Two extensions are the same where some element explains both with common
-parameters: twice the loss of log-likelihood by that is a likelihood ratio with as many degrees of freedom as the
-element has parameters (Wilks 1938, Annals of Mathematical Statistics 9, 60–62). A Gaussian process, whose coefficients
-belong to its kernel, is described by its values at the frequencies of `process.COMPARED`.
+even where a different one was chosen in each; of a law, it holds the kind that was chosen alone. Two extensions are the
+same where some element explains both with common parameters: twice the loss of log-likelihood by that is a likelihood
+ratio with as many degrees of freedom as the element has parameters (Wilks 1938, Annals of Mathematical Statistics 9,
+60–62). A Gaussian process, whose coefficients belong to its kernel, is described by its values at the frequencies of
+`process.COMPARED`.
 """
 
 from __future__ import annotations

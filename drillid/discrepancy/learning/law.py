@@ -19,7 +19,7 @@ import numpy as np
 
 from drillid.arrays import Booleans, Complex, Floats
 from drillid.discrepancy.learning.fingerprint import Described, Fingerprint
-from drillid.discrepancy.learning.law_kinds import LawKind, screened
+from drillid.discrepancy.learning.law_kinds import PLACES_APART, LawKind, screened
 from drillid.discrepancy.learning.law_spline import LawSpline
 from drillid.discrepancy.learning.law_window import LawWindow
 from drillid.discrepancy.predictive_gain import PredictiveGain
@@ -83,7 +83,7 @@ class LearntLaw:
         change, error = (per_change * value for value in self.change)
         values, variances = [change], [error**2]
         if place is not None:
-            values, variances = [*values, place], [*variances, 0.0]
+            values, variances = [*values, place], [*variances, PLACES_APART**2 / 3]
         return Fingerprint(self.evidence, (Described(self.kind.element, np.array(values), np.diag(variances), 0.0),))
 
     def drawn(self) -> tuple[Floats, Floats, Floats]:

@@ -278,10 +278,12 @@ class ControlLaw(LawKind):
         return 4 / spline.span**2
 
 
+PLACES_APART = 0.25
+"""Distance between the places at which a coupling is tried, as a share of the string's length."""
 KINDS: tuple[LawKind, ...] = (
     BitLaw(),
     *(BitLaw(memory) for memory in (0.3, 1.0, 3.0)),
-    *(CouplingLaw(place) for place in (0.0, 0.25, 0.5, 0.75, 1.0)),
+    *(CouplingLaw(float(place)) for place in np.arange(0.0, 1.1, PLACES_APART)),
     ControlLaw(),
 )
 """Kinds that are tried."""

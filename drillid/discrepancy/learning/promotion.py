@@ -79,7 +79,8 @@ def module_source(name: str, extensions: Sequence[Extension], sizes: Floats, sou
     SettingsError
         If the name is no identifier or that of another verdict, or nothing was learnt.
     """
-    if not name.isidentifier() or name != name.lower() or keyword.iskeyword(name) or not name.strip("_"):
+    title = "".join(word.capitalize() for word in name.split("_"))
+    if name != name.lower() or not all(each.isidentifier() and not keyword.iskeyword(each) for each in (name, title)):
         raise SettingsError("promotion", f"'{name}' cannot name a cause", "Give lower case words joined by underscores")
     if name in (NONE, UNKNOWN, *CATALOGUE, *SYMPTOMS):
         raise SettingsError("promotion", f"'{name}' is a verdict already", "Give it a name of its own")
@@ -97,7 +98,7 @@ def module_source(name: str, extensions: Sequence[Extension], sizes: Floats, sou
     cause = learnt[0][0].cause
     return _TEMPLATE.format(
         name=name,
-        title="".join(word.capitalize() for word in name.split("_")),
+        title=title,
         meaning=cause.meaning,
         sentence=cause.meaning[0].upper() + cause.meaning[1:],
         family=_FAMILIES.get(cause.port, "string"),
@@ -105,6 +106,24 @@ def module_source(name: str, extensions: Sequence[Extension], sizes: Floats, sou
         source=source,
         terms="\n".join(terms),
     )
+
+
+def read_examination(path: Path) -> xr.Dataset:
+    """The examination dataset at a path that a user gives.
+
+    Raises
+    ------
+    SettingsError
+        If there is no such dataset, or it is another one.
+    """
+    remedy = "Give the examination.zarr of a well"
+    try:
+        examination: xr.Dataset = xr.open_zarr(path, consolidated=False)
+    except (OSError, ValueError) as error:
+        raise SettingsError(str(path), "there is no such dataset", remedy) from error
+    if "extension_set" not in examination:
+        raise SettingsError(str(path), "it is no examination of a well", remedy)
+    return examination
 
 
 def write_module(examination: xr.Dataset, number: int, name: str, source: str, path: Path) -> None:

@@ -20,7 +20,7 @@ from drillid.common_causes.stage import (
     standing_table,
     write_common_causes,
 )
-from drillid.common_causes.verdicts import SHARES, CommonVerdict, Standing
+from drillid.common_causes.verdicts import SHARES, CommonVerdict, OwnVerdict, Standing
 from drillid.config.settings import CommonCausesSettings, Settings
 from drillid.datasets.store import WellFolders
 from drillid.datasets.tables import write_table
@@ -55,6 +55,15 @@ def test_a_lag_of_all_wells_is_their_rigs() -> None:
     assert judged.verdict.cause == "drive_lag"
     assert "5 wells of this rig have in common" in common_text(vars(judged.verdict))
     assert {each.standing for each in judged.standings} == {SHARES}
+
+
+def test_a_cause_that_several_sets_of_a_well_name_is_compared_once(healthy: Processed, tmp_path: Path) -> None:
+    folders = WellFolders(tmp_path, "T")
+    folders.write("discrepancy", "examination", healthy.dataset("discrepancy", "examination"), rig="R")
+    row = healthy.folders.read_table("discrepancy", "verdicts").iloc[0].to_dict() | {"cause": "drive_lag"}
+    rows = [row | {"class": "drive_lag", "size": size} for size in (0.01, 0.03, 0.02)]
+    folders.write_table("discrepancy", "verdicts", pd.DataFrame(rows))
+    assert read_well(folders, {}).verdicts == (OwnVerdict(("drive_lag",), "drive_lag", 0.03),)
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +130,7 @@ def test_wells_and_groups_of_any_name_are_named_and_linked_as_the_sheet_does(
     verdict = dict.fromkeys((each.name for each in fields(CommonVerdict)), float("nan"))
     standing = dict.fromkeys((each.name for each in fields(Standing)), float("nan"))
     group = {"shared": "section", "name": "8.50", "cause": "drive_lag"}
-    sized = {"verdict": "drive_lag", "unit": "s", "wells": 2, "probability": 0.9, "size": 0.05}
+    sized = {"verdict": "drive_lag", "unit": "s", "wells": 2, "sharing": 2, "probability": 0.9, "size": 0.05}
     common = pd.DataFrame([verdict | group | sized | {"size_low": 0.048, "size_high": 0.052}])
     rows = [standing | group | {"well": name, "standing": "shares it", "reason": ""} for name in names]
     write_table(common, tmp_path / COMMON_CAUSES)
@@ -153,7 +162,7 @@ def test_the_kind_of_a_group_is_in_its_heading_once(kind: str, name: str, said: 
 def test_groups_and_wells_whose_names_give_one_folder_have_pages_of_their_own(tmp_path: Path) -> None:
     blank = dict.fromkeys((each.name for each in fields(CommonVerdict)), float("nan"))
     names = ("12 1/4 in", "12-1-4 in", "12-1-4 IN", "8.50")
-    rows = [blank | {"shared": "section", "name": name, "verdict": "none", "wells": 2} for name in names]
+    rows = [blank | {"shared": "section", "name": name, "verdict": "none", "wells": 2, "sharing": 0} for name in names]
     write_table(pd.DataFrame(rows), tmp_path / COMMON_CAUSES)
     write_table(standing_table([]), tmp_path / STANDINGS)
     links = write_rig_pages(tmp_path, tmp_path, {"a well": "section-8.50"})
@@ -165,11 +174,20 @@ def test_groups_and_wells_whose_names_give_one_folder_have_pages_of_their_own(tm
 
 
 def test_what_wells_share_is_told_as_a_driller_would() -> None:
-    group = {"shared": "rig", "wells": 5, "cause": "drive_lag", "verdict": "drive_lag|clock_offset", "unit": "s"}
+    group = {
+        "shared": "rig",
+        "wells": 5,
+        "sharing": 5,
+        "cause": "drive_lag",
+        "verdict": "drive_lag|clock_offset",
+        "unit": "s",
+    }
     said = common_text({**group, "size": 0.05, "size_low": 0.048, "size_high": 0.052, "probability": 0.93})
     assert said.startswith("5 wells of this rig have in common that the drive responds 50 ms late: have its torque")
     assert "Time constant: 50 ms (95 % interval 48 ms to 52 ms); the probability is 93 %." in said
     assert "cannot tell it from clock offset" in said
+    size = {"size": 0.05, "size_low": 0.048, "size_high": 0.052, "probability": 0.93}
+    assert common_text({**group, **size, "sharing": 3}).startswith("3 of 5 wells of this rig have in common")
     assert (heading({**group, "name": "Rig 7"}), heading({**group, "name": "Alfa"})) == ("Rig 7", "Rig Alfa")
 
 

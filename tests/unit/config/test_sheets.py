@@ -9,7 +9,7 @@ import pytest
 
 from drillid.config.folders import SAFE, folder_of
 from drillid.config.settings import Settings
-from drillid.config.sheets import read_sheets
+from drillid.config.sheets import WellRow, read_sheets
 from drillid.errors import SettingsError
 from tests.workflow.toys import RIG
 
@@ -88,6 +88,15 @@ def test_a_name_is_the_same_however_its_accents_are_written(tmp_path: Path) -> N
     settings = settings_for(tmp_path, wells, logs)
     assert faults_in(settings) == {}
     assert [listing.name for listing in read_sheets(settings).values()] == ["\u00c5sgard A-1"]
+
+
+def test_sections_and_tools_are_the_same_however_their_accents_are_written() -> None:
+    text = "17\u00bd in, forage \u00e0 l'huile"
+    first, second = (
+        WellRow(well=form, rig="toy", section=unicodedata.normalize(form, text), tool=unicodedata.normalize(form, text))
+        for form in ("NFC", "NFD")
+    )
+    assert (first.section, first.tool) == (second.section, second.tool) == (text, text)
 
 
 def test_unknown_wells_that_would_share_a_folder_are_all_told(tmp_path: Path) -> None:

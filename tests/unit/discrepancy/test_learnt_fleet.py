@@ -9,8 +9,12 @@ import xarray as xr
 
 from drillid.datasets.store import WellFolders, write_store
 from drillid.datasets.tables import write_table
-from drillid.discrepancy.learning.fingerprint import PLACE_TOLERANCE, SIZE_TOLERANCE, Described, Fingerprint
+from drillid.discrepancy.learning.fingerprint import PLACE_TOLERANCE, SAME, SIZE_TOLERANCE, Described, Fingerprint
 from drillid.discrepancy.learning.fleet import COLUMNS, LearntInWell, learnt_table, write_learnt
+from drillid.discrepancy.learning.law import LearntLaw
+from drillid.discrepancy.learning.law_kinds import CouplingLaw
+from drillid.discrepancy.learning.law_spline import LawSpline
+from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.report.learnt import learnt_rows
 
 
@@ -56,6 +60,16 @@ def test_the_same_thing_is_told_apart_no_more_often_than_its_p_value_says() -> N
     p_values = np.array([found().likeness(found()) for _ in range(2000)])
     for rate in (0.01, 0.05, 0.2):
         assert np.mean(p_values < rate) < 1.5 * rate + 0.01
+
+
+def test_couplings_sought_at_neighbouring_places_are_the_same_and_those_at_the_ends_are_not() -> None:
+    spline, gain = LawSpline(np.zeros(1), np.array([1e-9]), -5e3, 5e3), PredictiveGain(5.0, 1.0, 3)
+
+    def found(at: float) -> Fingerprint:
+        return LearntLaw(CouplingLaw(at), spline, np.diag([0.0, 1e-20]), 0.0, 0.0, 50.0, gain, 0).fingerprint
+
+    assert found(0.5).likeness(found(0.75)) >= SAME
+    assert found(0.0).likeness(found(1.0)) < SAME
 
 
 def test_a_well_with_a_number_for_a_name_keeps_it(tmp_path: Path) -> None:

@@ -75,6 +75,22 @@ def test_the_generated_cause_is_what_was_learnt(
     assert cause.is_linear
 
 
+@pytest.mark.parametrize("name", ["true", "none_", "_1"])
+def test_a_name_whose_class_would_be_no_python_is_refused(name: str) -> None:
+    with pytest.raises(SettingsError, match="cannot name a cause"):
+        module_source(name, [Extension(TERMS["learnt_inertia"], 0.5)], np.array([30.0]), "W1")
+
+
+def test_what_is_no_examination_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    xr.Dataset({"kappa": ("window", np.ones(2))}).to_zarr(tmp_path / "fits.zarr", consolidated=False, zarr_format=3)
+    for folder in ("absent", "empty", "fits.zarr"):
+        result = CliRunner().invoke(app, ["promote", str(tmp_path / folder), "shaker", "--output", str(tmp_path / "o")])
+        assert result.exit_code == 1
+        assert "Give the examination.zarr of a well" in result.output
+        assert isinstance(result.exception, SystemExit)
+
+
 def test_the_module_joins_the_catalogue_without_a_circle(tmp_path: Path) -> None:
     package = Path(drillid.discrepancy.catalogue.__file__)
     shutil.copytree(package.parents[2], tmp_path / "drillid", ignore=shutil.ignore_patterns("__pycache__"))
