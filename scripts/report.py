@@ -6,20 +6,30 @@ from typing import Any
 from drillid.fleet.job import run_job
 
 
-def write(config: dict[str, Any], wells: list[str], snakefile: str, log: str) -> None:
+def write(config: dict[str, Any], wells: list[str], made_from: str, snakefile: str, log: str) -> None:
     """Write all pages."""
     from drillid.config.settings import Settings
     from drillid.depth.changes import mark_reported
+    from drillid.errors import DamageError
     from drillid.fleet.crate import write_crate
-    from drillid.fleet.run import logged
+    from drillid.fleet.manifest import note_made_from
+    from drillid.fleet.run import drop_damaged, logged
     from drillid.report.page import write_report
 
     settings = Settings.checked(config, "configuration")
+    results = Path(settings.results)
     with logged(log) as logger:
-        for well, spent in write_report(settings, Path(settings.results), wells).items():
+        try:
+            pages = write_report(settings, results, wells)
+        except DamageError:
+            # the next run makes it again
+            drop_damaged(results, wells)
+            raise
+        for well, spent in pages.items():
             logger.info("%s: page, %.2f s of one core", well, spent)
-        mark_reported(Path(settings.results))
-        write_crate(settings, Path(settings.results), wells, Path(snakefile))
+        mark_reported(results)
+        write_crate(settings, results, wells, Path(snakefile))
+        note_made_from(results, "report", made_from)
         logger.info("report over %d well(s)", len(wells))
 
 
@@ -28,6 +38,7 @@ if __name__ == "__main__":
         "scripts.report:write",
         config=dict(snakemake.config),
         wells=list(snakemake.params.wells),
+        made_from=snakemake.params.made_from,
         snakefile=str(Path(snakemake.scriptdir).parent / "Snakefile"),
         log=snakemake.log[0],
     )

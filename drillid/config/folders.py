@@ -16,6 +16,8 @@ SAFE = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 """Names that are folders on every file system and need no quoting in a shell."""
 _LONGEST = 80
 _LETTERS = str.maketrans({"ø": "o", "Ø": "O", "æ": "ae", "Æ": "AE", "å": "a", "Å": "A", "ß": "ss", "ł": "l", "Ł": "L"})
+_LIKE_A_FILE = re.compile(r"\.(?:json|part|lock)\.*$", re.IGNORECASE)
+"""Ends of names that files beside the folders have."""
 _REMOTE = re.compile(r"(?:s3a?|gcs|gs|az|abfss?)://(?!.*::)", re.IGNORECASE)
 _OTHER_ADDRESS = re.compile(r"^[a-z0-9]+(?:::|:/)", re.IGNORECASE)
 
@@ -26,12 +28,12 @@ def folder_of(name: str) -> str:
     '34/10-A-12 H' is in '34-10-A-12-H'. It depends on the name alone. Where letters are lost, as of a name in Cyrillic,
     or the name is long, a hash of the name keeps folders of different names apart.
     """
-    if re.match(SAFE, name) and len(name) <= _LONGEST:
+    if re.match(SAFE, name) and len(name) <= _LONGEST and not _LIKE_A_FILE.search(name):
         return name
     plain = unicodedata.normalize("NFKD", name.translate(_LETTERS))
     kept = re.sub(r"[^A-Za-z0-9_.]+", "-", plain).strip("-._")
     lost = any(letter.isalnum() and not letter.isascii() for letter in plain)
-    if kept and not lost and len(kept) <= _LONGEST:
+    if kept and not lost and len(kept) <= _LONGEST and not _LIKE_A_FILE.search(kept):
         return kept
     digest = hashlib.sha256(name.encode()).hexdigest()[:8]
     return f"{kept[: _LONGEST - 9].strip('-._') or 'well'}-{digest}"

@@ -1,7 +1,7 @@
-"""Checksums of a dataset's files, by which a chunk that is missing or has changed is noticed when it is read.
+"""Checksums of a dataset's or table's files, by which one that is missing or has changed is noticed when it is read.
 
 zarr takes a missing chunk for one of fill values, and damage that its compression does not see for data. The checksums
-lie beside the store, in `<dataset>.sums`.
+lie beside the store or table, in `<dataset>.sums`.
 """
 
 from __future__ import annotations
@@ -90,6 +90,19 @@ def _stored(path: Path) -> dict[str, str]:
     if not isinstance(content, dict):
         raise ValueError("no table of checksums")
     return content
+
+
+def check_file(path: Path, stage: str) -> None:
+    """Compare a file of its own with its checksum, if one was written.
+
+    Raises
+    ------
+    DamageError
+        If it is missing or has changed.
+    """
+    for name, expected in read_checksums(path, stage).items():
+        file = path.with_name(name)
+        compare(file, file.read_bytes() if file.is_file() else None, expected, stage)
 
 
 def check(path: Path, stage: str) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from drillid.datasets.checksums import SUFFIX, checksum, stamps, write_checksums, write_listing
+from drillid.datasets.checksums import SUFFIX, check_file, checksum, stamps, write_checksums, write_listing
 from drillid.datasets.registry import DATASETS, PROBLEM_COLUMNS
 from drillid.datasets.tables import read_table, write_table
 from drillid.errors import DrillidError, is_of_machine
@@ -171,7 +171,9 @@ class WellFolders:
 
     def write_table(self, stage: str, name: str, table: pd.DataFrame) -> None:
         """Write a table of a stage, whole or not at all."""
-        write_table(table, self.stage(stage) / f"{name}.csv")
+        path = self.stage(stage) / f"{name}.csv"
+        write_table(table, path)
+        write_listing({path.name: checksum(path.read_bytes())}, path.with_suffix(SUFFIX))
 
     def read_table(self, stage: str, name: str, **options: Any) -> pd.DataFrame:
         """Read a table of a stage; `options` are those of `pandas.read_csv`.
@@ -180,8 +182,12 @@ class WellFolders:
         ------
         FileNotFoundError
             If the stage wrote none.
+        DamageError
+            If it is missing or has changed since.
         """
-        return read_table(self.stage(stage) / f"{name}.csv", **options)
+        path = self.stage(stage) / f"{name}.csv"
+        check_file(path, stage)
+        return read_table(path, **options)
 
 
 def write_store(dataset: xr.Dataset, path: Path) -> None:

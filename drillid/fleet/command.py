@@ -94,7 +94,10 @@ def _supervised(command: Sequence[str], environment: dict[str, str]) -> int:
         def kill(_: int, __: FrameType | None) -> None:
             _signal_group(child.pid, signal.SIGKILL)
 
-        before = {number: signal.signal(number, stop) for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)}
+        # what nohup or a shell has had ignored stays so
+        ends = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+        heeded = [number for number in ends if signal.getsignal(number) is not signal.SIG_IGN]
+        before = {number: signal.signal(number, stop) for number in heeded}
         before[signal.SIGALRM] = signal.signal(signal.SIGALRM, kill)
         try:
             code = child.wait()

@@ -33,6 +33,7 @@ RUN_STAGE = "drillid.fleet.run:run_configured"
 _LIBRARIES = ("zarr.storage", "zarr.codecs", "matplotlib.backends.backend_agg")
 """Imported within functions only, so importing the library's modules does not load them."""
 _REAP_EVERY_S, _PATIENCE_S = 5.0, 1.0
+_LONGEST_FOLDER = 80
 
 
 @contextlib.contextmanager
@@ -48,7 +49,7 @@ def served(rules: Collection[str]) -> Iterator[None]:
     if not modules:
         yield
         return
-    with tempfile.TemporaryDirectory(prefix="drillid-") as folder:
+    with tempfile.TemporaryDirectory(prefix="drillid-", dir=_folder_of_sockets()) as folder:
         place = str(Path(folder, "jobs"))
         with _started(place, modules) as server:
             # the socket is bound already, so jobs wait there until the server has loaded everything
@@ -61,6 +62,12 @@ def served(rules: Collection[str]) -> Iterator[None]:
                 if server.stdin is not None:
                     server.stdin.close()
                 server.wait()
+
+
+def _folder_of_sockets() -> str:
+    """The folder for temporary files, or /tmp where its path is too long for that of a socket, of 107 bytes at most."""
+    folder = tempfile.gettempdir()
+    return folder if len(os.fsencode(folder)) <= _LONGEST_FOLDER else "/tmp"
 
 
 def modules_of_script(rule: str) -> list[str]:

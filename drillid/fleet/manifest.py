@@ -16,6 +16,9 @@ KEY = "key.json"
 PROBLEMS = "problems.csv"
 """File in a well's folder with whatever the stage rejected."""
 
+MADE_FROM = "made_from"
+"""Folder of the results with a hash for each rule over all wells of what it was planned with."""
+
 AGAIN = "again"
 """Mark in a key of results that are to be done again, as something could not be read for a fault of the machine."""
 
@@ -48,6 +51,21 @@ def write_manifest(path: str | Path, wells: Iterable[str], made_from: str = "") 
     path = Path(path)
     keys = {well: stored_key(path.parent / well) for well in wells}
     write_whole(path, json.dumps({"made_from": made_from, "wells": keys}, indent=1) + "\n")
+
+
+def note_made_from(results: Path, rule: str, made_from: str) -> None:
+    """Leave in the results what a rule over all wells was planned with: a hash of code, settings and wells."""
+    path = results / MADE_FROM / f"{rule}.txt"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, f"{made_from}\n")
+
+
+def is_made_from(results: Path, rule: str, made_from: str) -> bool:
+    """Whether the outputs of a rule over all wells were made from the same code, settings and wells."""
+    try:
+        return (results / MADE_FROM / f"{rule}.txt").read_text().strip() == made_from
+    except (OSError, ValueError):
+        return False
 
 
 def out_of_date(path: Path, wells: Collection[str], failed_on: Callable[[str], str], made_from: str = "") -> str:

@@ -17,7 +17,7 @@ from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
 from drillid.fleet.aside import forget_aside
 from drillid.fleet.lock import results_held
-from drillid.fleet.manifest import KEY, PROBLEMS, out_of_date
+from drillid.fleet.manifest import KEY, PROBLEMS, is_made_from, out_of_date
 from drillid.fleet.mirror import hold_mirror, restore
 from drillid.fleet.outcome import (
     closing_line,
@@ -35,6 +35,8 @@ from drillid.formats.remote import size_of, states, url_of
 
 REPORT = "report.html"
 """The fleet's page in the results; those of the wells are in the folder `report` beside it."""
+OVER_ALL_WELLS = {"fleet": PROBLEMS, "common_causes": "common_causes.csv", "report": REPORT}
+"""Rules over all wells, each with one of its outputs, which is older than all else where the rule is to be redone."""
 _BASE_MB = 1000
 _MB_PER_MB_OF_TEXT, _MB_PER_MB_COMPRESSED = 12, 60
 """Memory per size of the largest log; measured: 6 for CSV, LAS and WITSML and 37 for gzipped CSV and Parquet, on top of
@@ -122,7 +124,7 @@ class Plan:
         return hold_mirror(Path(self.settings.results), mirror) if mirror is not None else lambda: None
 
     def out_of_date(self) -> dict[Path, str]:
-        """Manifests that no longer hold, and the fleet's page if a well's is missing, with reasons.
+        """Manifests that no longer hold, and outputs of the rules over all wells that do not, with reasons.
 
         Snakemake does not see these: a folder that is gone or has another key, changed inputs of a failed well; changed
         code, settings or rigs where it has no record, as the results come from another folder or machine.
@@ -140,13 +142,16 @@ class Plan:
                 if path.exists():
                     made_from = self.dependencies(path.parent.name, names)["made_from"]
                     yield path, out_of_date(path, names, failed, made_from)
+        for rule, output in OVER_ALL_WELLS.items():
+            same = is_made_from(results, rule, self._over_all_wells(rule)["made_from"])
+            yield results / output, "" if same or not (results / output).exists() else "other code, settings or wells"
         report = results / REPORT
         if report.exists():
             pages = {well: report.with_suffix("") / f"{well}.html" for well in self.wells}
             yield report, next((f"page of {well} missing" for well, page in pages.items() if not page.exists()), "")
 
     def drop_out_of_date(self) -> None:
-        """Delete the manifests that no longer hold, and make an incomplete report older than all else.
+        """Delete the manifests that no longer hold, and make outputs over all wells that do not older than all else.
 
         Snakemake then sees what is to be done; the keys of a batch's other wells keep these from being redone.
 
@@ -158,7 +163,7 @@ class Plan:
         with results_held(Path(self.settings.results)), contextlib.ExitStack() as releases:
             releases.callback(self.hold_mirror())
             for path in self.out_of_date():
-                if path.name == REPORT:
+                if path.parent == Path(self.settings.results):
                     os.utime(path, (0, 0))
                 else:
                     path.unlink(missing_ok=True)
@@ -244,25 +249,34 @@ class Plan:
     def fleet_dependencies(self) -> dict[str, Any]:
         """The same for the tables over all wells."""
         source = source_hash("drillid.depth.fleet", "drillid.depth.changes", "drillid.discrepancy.learning.fleet")
-        return {"wells": list(self.wells), "start_ups": list(self.start_ups), "source": source}
+        return _with_hash({"wells": list(self.wells), "start_ups": list(self.start_ups), "source": source})
 
     def common_causes_dependencies(self) -> dict[str, Any]:
         """The same for causes that wells have in common, with the hole section and tool of each well in the sheet."""
-        return {
-            "wells": {folder: {"section": well.section, "tool": well.tool} for folder, well in self.wells.items()},
-            "source": source_hash("drillid.common_causes.stage"),
-            "settings": self.settings.model_dump(mode="json", include={"common_causes"}),
-        }
+        return _with_hash(
+            {
+                "wells": {folder: {"section": well.section, "tool": well.tool} for folder, well in self.wells.items()},
+                "source": source_hash("drillid.common_causes.stage"),
+                "settings": self.settings.model_dump(mode="json", include={"common_causes"}),
+            }
+        )
 
     def report_dependencies(self) -> dict[str, Any]:
         """The same for the report, which lists the settings and describes the wells."""
-        return {
-            "wells": {folder: [listing.name, listing.description] for folder, listing in self.wells.items()},
-            "start_ups": list(self.start_ups),
-            "source": source_hash("drillid.report.page", "drillid.config.rig"),
-            "templates": template_hash(),
-            "settings": self.settings.model_dump(mode="json", exclude={"fleet", "mirror"}),
-        }
+        return _with_hash(
+            {
+                "wells": {folder: [listing.name, listing.description] for folder, listing in self.wells.items()},
+                "start_ups": list(self.start_ups),
+                "source": source_hash("drillid.report.page", "drillid.config.rig"),
+                "templates": template_hash(),
+                "settings": self.settings.model_dump(mode="json", exclude={"fleet", "mirror"}),
+            }
+        )
+
+    def _over_all_wells(self, rule: str) -> dict[str, Any]:
+        """What one of the rules over all wells depends on."""
+        dependencies: dict[str, Any] = getattr(self, f"{rule}_dependencies")()
+        return dependencies
 
     def simulated_logs(self) -> dict[str, tuple[str, int]]:
         """Well and stand number of each simulated log, by the log's path below `<results>/raw`.
@@ -287,6 +301,11 @@ class Plan:
         """What the simulated logs of the demo depend on."""
         section = self.settings.model_dump(mode="json", include={"simulate"})
         return {"source": source_hash("drillid.demo.wells"), "settings": section}
+
+
+def _with_hash(dependencies: dict[str, Any]) -> dict[str, Any]:
+    """What a rule over all wells depends on, with `made_from`, one hash of it, which is the same on any machine."""
+    return {**dependencies, "made_from": digest(dependencies)}
 
 
 def _may_be_input(path: Path) -> bool:

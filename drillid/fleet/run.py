@@ -23,7 +23,7 @@ import pandas as pd
 from drillid.config.listing import Listing
 from drillid.config.settings import Settings
 from drillid.config.sheets import read_sheets, read_start_ups
-from drillid.datasets.checksums import check
+from drillid.datasets.checksums import check, check_file
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import Problem, WellFolders, problems_table
 from drillid.datasets.tables import read_table, write_table
@@ -150,7 +150,9 @@ def process_well(task: Task) -> Outcome:
     if task.code != _LOADED:
         raise SettingsError("dask worker", "runs an older version of drillid", "Restart the dask workers")
     try:
-        return _processed(task)
+        # a dask worker may still be at the well although its run was killed
+        with held(task.results / task.stage / f".{task.listing.folder}.well.lock"):
+            return _processed(task)
     except (OSError, MemoryError) as error:
         # not a fault of the stage itself: its results cannot be written, or existing files not be read or removed
         return _fallen(task, _machine_fault(error), traceback.format_exc(), fatal=True)
@@ -196,6 +198,8 @@ def drop_damaged(results: Path, wells: Sequence[str]) -> None:
         try:
             for store in sorted(folders.stage(stage).glob("*.zarr")):
                 check(store, stage)
+            for table in sorted(folders.stage(stage).glob("*.csv")):
+                check_file(table, stage)
         except DamageError as error:
             name = stored_name(folders)
             clear(folders, stage)

@@ -14,7 +14,6 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from drillid.arrays import Booleans, Floats, Integers
-from drillid.datasets.tables import read_table
 from drillid.discrepancy import EVIDENCE, runs
 from drillid.discrepancy.products.interval_prediction import PREDICTION_COLUMNS
 from drillid.figures.data import drilled_length
@@ -366,4 +365,4 @@ def read_segments(folders: WellFolders) -> pd.DataFrame:
     """The well's segments; none where it failed before."""
     path = folders.stage("windows") / "segments.csv"
     columns = ["well", "state", "start", "end", "from_m", "to_m", "duration_s", "windows", "reason"]
-    return read_table(path) if path.exists() else pd.DataFrame(columns=columns)
+    return folders.read_table("windows", "segments") if path.exists() else pd.DataFrame(columns=columns)

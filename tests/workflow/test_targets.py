@@ -122,6 +122,20 @@ def test_other_settings_are_seen_without_the_notes_of_snakemake(finished: Checko
     assert "mobility W1" not in again
 
 
+def test_what_is_over_all_wells_is_made_again_without_the_notes_of_snakemake(finished: Checkout) -> None:
+    shutil.rmtree(finished.root / ".snakemake")
+    assert finished.would_run("--config", "report={title: Night}") == ["report", "all"]
+    finished.run()
+    assert finished.would_run() == []
+    shutil.rmtree(finished.root / ".snakemake")
+    finished.sheets({"W1": WELLS["W1"]})
+    finished.journal()
+    assert set(finished.would_run()) == {"fleet", "common_causes", "report", "all"}
+    finished.run()
+    assert finished.journal() == []
+    assert finished.would_run() == []
+
+
 def test_wells_of_one_batch_share_a_job_and_are_kept_one_by_one(checkout: Checkout) -> None:
     checkout.sheets(WELLS)
     checkout.run(*ONE_BATCH, "--until", "windows")

@@ -4,6 +4,7 @@
 rule common_causes:
     input:
         manifests("discrepancy"),
+        again=again("common_causes.csv"),
     output:
         causes=report(
             "<results>/common_causes.csv",

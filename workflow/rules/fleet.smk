@@ -5,6 +5,7 @@ rule fleet:
     input:
         [manifests(stage) for stage in STAGES],
         start_up_manifests(),
+        again=again("problems.csv"),
     output:
         fleet=directory("<results>/fleet.zarr"),
         problems=report(

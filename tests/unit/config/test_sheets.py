@@ -236,7 +236,8 @@ def test_wells_whose_names_make_one_folder_are_refused_with_both(tmp_path: Path,
 
 
 @pytest.mark.parametrize(
-    "name", ["34/10-A-12 H", "../x", "Скважина 7", "油井7", "a" * 200, "...", "CON?", "Åsgård Ø", "W1"]
+    "name",
+    ["34/10-A-12 H", "../x", "Скважина 7", "油井7", "a" * 200, "...", "CON?", "Åsgård Ø", "W1", "W1.json", "W1.PART"],
 )
 def test_every_folder_is_safe_and_that_of_a_safe_name_is_the_name(name: str) -> None:
     folder = folder_of(name)
@@ -249,6 +250,12 @@ def test_every_folder_is_safe_and_that_of_a_safe_name_is_the_name(name: str) -> 
 def test_names_that_lose_letters_keep_folders_apart() -> None:
     assert len({folder_of(name) for name in ("Скважина 7", "Площадь 7", "油井7", "7")}) == 4
     assert folder_of("W1") == "W1"
+
+
+@pytest.mark.parametrize("end", [".json", ".JSON", ".part", ".lock"])
+def test_no_folder_looks_like_a_file_beside_it(end: str) -> None:
+    assert folder_of(f"W1{end}") != f"W1{end}"
+    assert not folder_of(f"W 1{end}").endswith(end)
 
 
 def test_logs_may_lie_in_the_working_folder_beside_the_sheet_in_the_results_and_where_it_is_allowed(

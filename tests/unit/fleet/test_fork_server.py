@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -129,6 +130,20 @@ def test_jobs_go_on_without_a_server_that_has_died(tmp_path: Path, monkeypatch: 
             assert done.communicate(timeout=LIMIT_S)[0] == "said\n"
             assert done.returncode == 0
             assert int((tmp_path / "told.txt").read_text().split()[0]) == done.pid
+
+
+def test_jobs_are_served_however_long_the_folder_for_temporary_files_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "toy_jobs.py").write_text(JOBS)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), str(ROOT)]))
+    long = tmp_path / ("a" * 100)
+    long.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(long))
+    with served(["windows"]):
+        done = job(tmp_path, "tell", '{"place": "told.txt"}')
+        assert done.communicate(timeout=LIMIT_S)[0] == "said\n"
+        assert int((tmp_path / "told.txt").read_text().split()[0]) != done.pid
 
 
 def test_rules_without_python_start_no_server() -> None:

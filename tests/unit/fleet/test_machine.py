@@ -4,7 +4,10 @@ import dataclasses
 import json
 import os
 import subprocess
+import threading
+import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,6 +20,7 @@ from drillid.config.listing import Listing, Well
 from drillid.config.settings import Settings
 from drillid.datasets.checksums import SUFFIX, write_checksums
 from drillid.datasets.store import Problem, WellFolders, write_store
+from drillid.errors import DamageError
 from drillid.fleet import run as fleet
 from drillid.fleet.run import Task, collect_problems, drop_damaged, process_well
 from tests.workflow.toys import RIG
@@ -88,6 +92,50 @@ def test_a_result_that_is_gone_is_made_again(task: Task, name: str) -> None:
     assert process_well(task).status == "done"
     assert path.exists()
     assert name in json.loads((path.parent / "key.json").read_text())["files"]
+
+
+@pytest.mark.parametrize("left", [0, 40])
+def test_a_damaged_table_is_a_row_before_tables_are_made_and_is_made_again(task: Task, left: int) -> None:
+    folders = WellFolders(task.results, "W1")
+    folders.write_table("discrepancy", "intervals", pd.DataFrame({"from_m": np.arange(20.0), "to_m": np.arange(20.0)}))
+    path = task.results / "discrepancy/W1/intervals.csv"
+    assert len(folders.read_table("discrepancy", "intervals")) == 20
+    path.write_bytes(path.read_bytes()[:left])
+    with pytest.raises(DamageError, match="has changed since it was written"):
+        folders.read_table("discrepancy", "intervals")
+    (path.parent / "key.json").write_text("{}")
+    drop_damaged(task.results, ["W1"])
+    assert not path.exists()
+    assert not (path.parent / "key.json").exists()
+    rows = pd.read_csv(path.parent / "problems.csv")
+    assert rows[["well", "stage", "where"]].to_numpy().tolist() == [["W1", "discrepancy", str(path)]]
+
+
+def test_a_well_waits_for_a_worker_that_is_still_at_it(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
+    ends = {"first": threading.Event(), "second": threading.Event()}
+    begun, journal = threading.Event(), list[str]()
+
+    def slow(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+        which = "second" if begun.is_set() else "first"
+        begun.set()
+        journal.append(f"{which} begins")
+        ends[which].wait(20)
+        journal.append(f"{which} ends")
+        return noise(well, folders, settings)
+
+    monkeypatch.setattr(fleet, "importlib", SimpleNamespace(import_module=lambda _: SimpleNamespace(process=slow)))
+    other = dataclasses.replace(task, settings=Settings.checked({"records": {"stuck_s": 4.0}}, "test"))
+    with ThreadPoolExecutor(2) as pool:
+        first = pool.submit(process_well, task)
+        begun.wait(20)
+        second = pool.submit(process_well, other)
+        ends["second"].set()
+        # where the second one does not wait, it is done by then
+        time.sleep(0.3)
+        ends["first"].set()
+        assert [each.result().status for each in (first, second)] == ["done", "done"]
+    assert journal == ["first begins", "first ends", "second begins", "second ends"]
+    assert process_well(other).status == "kept"
 
 
 def test_a_damaged_dataset_is_a_row_before_tables_are_made_and_no_other_well_suffers(task: Task) -> None:
