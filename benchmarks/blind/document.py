@@ -60,19 +60,23 @@ started from the truth alone, which made √λ of a lag 15.5 and 15.8 in the cas
 control can hide. Up to block 360000 a motor that was hidden in the second world also doubled the damping at the bit,
 which the ideal test saw and no test of the logs can see, and the ideal test knew which value of the data sheet was
 wrong outright. Up to block 500000 the ideal test tried an extra section at three polar moments, so that a taper that is
-the same string counted as distinct.
+the same string counted as distinct. Up to block 710000 another interval of the control changed the delay that the
+documents state at no cost, the noise lacked what a recorder folds into the band and what wandering weights and set
+points add, and the strength of a notch and of a resonant drive was a frequency, so that both were drawn far larger than
+said.
 
 The distance is computed from the simulated equipment, in the second world from that world's own closed forms, not from
 the engine's model. A cause is *detectable* with the power Φ(√λ − z), where z sets the rate of false alarms to 5 % for
 one known cause, or to 5 % over the family of candidates that are effectively distinct (Li and Ji 2005). "Twice the
 size" refers to the latter: at half the size, and at the size itself, the ideal test over the family has 50 % power or
-more. `power_ratio` compares the engine with the ideal test at the engine's own rate of false alarms. Sizes are drawn so
-that √λ is log-uniform over 1 … 30, or over 10 … 30 where the catalogue lacks the cause or it is drawn large, as far as
-physical sizes allow. What is not linear (limits, play, regimes) has no such test and is left out of `power_ratio`. The
-trace of limits and play in the records is known, as the same rig is simulated under the same noise without them: a
-limit that is never reached leaves none, nor does a play that never opens. They count where a test over the family that
-knows the trace, sample by sample, but not the drive's delay, would detect half of it; up to block 560000 it knew the
-delay too, although a limit that acts at every slew mostly delays the torque.
+more. `power_ratio` compares the engine with the ideal test at the engine's own rate of false alarms, the posterior mean
+by Jeffreys; its limits are over that posterior too. Up to block 710000 it was the share of alarms itself. Sizes are
+drawn so that √λ is log-uniform over 1 … 30, or over 10 … 30 where the catalogue lacks the cause or it is drawn large,
+as far as physical sizes allow. What is not linear (limits, play, regimes) has no such test and is left out of
+`power_ratio`. The trace of limits and play in the records is known, as the same rig is simulated under the same noise
+without them: a limit that is never reached leaves none, nor does a play that never opens. They count where a test over
+the family that knows the trace, sample by sample, but not the drive's delay, would detect half of it; up to block
+560000 it knew the delay too, although a limit that acts at every slew mostly delays the torque.
 
 An answer is right where every verdict is the hidden cause, or a class of causes that cannot be distinguished from it:
 the ideal test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard

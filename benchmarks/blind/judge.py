@@ -93,7 +93,7 @@ class Judgement:
     seconds: float
     """Processor time of the examination."""
     score: float
-    """Evidence of an engine that leaves its threshold to the proof."""
+    """Evidence of an engine that leaves its threshold to the proof; -inf where it names the rig's nature alone."""
 
 
 def kept_ideals(case: AnyCase) -> Ideals:
@@ -224,7 +224,7 @@ def judge(
         candidates=ideal.candidates,
         failure=answer.failure,
         seconds=answer.seconds,
-        score=answer.score,
+        score=answer.score if verdicts or np.isnan(answer.score) else -np.inf,
     )
 
 

@@ -1,8 +1,12 @@
 """Scores over all cases, with one-sided 95 % limits, and the limits that they are to hold."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from scipy.special import ndtr
+from scipy.stats import beta
 
 from benchmarks.blind.ideal.ideal import threshold
 from benchmarks.blind.limits import lower_limit, resampled, upper_limit
@@ -14,7 +18,7 @@ _NO_CAUSE = ("class with it", "class without it", "several", UNKNOWN, NONE)
 RIGHT_SHARE = 0.8
 """Share of a cause's cases at twice the size that must be right for the cause to count as known."""
 _LEAST_FALSE_ALARM = 1e-4
-"""Rate at which the ideal test is compared with an engine that never gives a false alarm."""
+"""Least rate of false alarms at which engines are compared."""
 _FEWEST_CLAIMS = 5
 """Verdicts of a family from which its calibration is judged."""
 
@@ -74,7 +78,8 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
     found["false_alarm_upper"] = found["false_alarm_high"]
     for name, score in _RESAMPLED.items():
         found[name] = score(table)
-        found[f"{name}_low"], found[f"{name}_high"] = resampled(table, score)
+        of_resampled = _at_drawn_rates(table) if score is power_ratio else score
+        found[f"{name}_low"], found[f"{name}_high"] = resampled(table, of_resampled)
     hidden = table["hidden"] != NONE
     kept, removed = table[hidden & ~table["removed"]], table[hidden & table["removed"]]
     large, single = kept[kept["large"]], _single_linear(table)
@@ -130,17 +135,35 @@ def _single_linear(table: pd.DataFrame) -> pd.DataFrame:
     return single[~single["hidden"].str.contains("+", regex=False)]
 
 
-def power_ratio(table: pd.DataFrame) -> float:
-    """Single linear causes detected per one that the ideal test would detect at the same rate of false alarms."""
+def power_ratio(table: pd.DataFrame, rate: float | None = None) -> float:
+    """Single linear causes detected per one that the ideal test would detect at the same rate of false alarms.
+
+    Parameters
+    ----------
+    rate : of false alarms; by default the mean of its posterior
+    """
     single, nulls = _single_linear(table), table[table["hidden"] == NONE]
     if not len(single) or not len(nulls):
         return float("nan")
-    rate = max(float(nulls["detected"].astype(float).mean()), _LEAST_FALSE_ALARM)
+    rate = max(_alarm_rate(table).mean() if rate is None else rate, _LEAST_FALSE_ALARM)
     ideal = [
         float(ndtr(row.detectability - threshold(row.candidates, min(rate, 1 - _LEAST_FALSE_ALARM))))
         for row in single.itertuples()
     ]
     return float(single["detected"].sum() / np.nansum(ideal))
+
+
+def _alarm_rate(table: pd.DataFrame) -> Any:
+    """Posterior of the rate of false alarms from Jeffreys' prior, as few of them hardly tell it."""
+    nulls = table[table["hidden"] == NONE]
+    alarms = int(nulls["detected"].sum())
+    return beta(alarms + 0.5, len(nulls) - alarms + 0.5)
+
+
+def _at_drawn_rates(table: pd.DataFrame) -> Callable[[pd.DataFrame], float]:
+    """The power ratio of further tables at rates drawn from the posterior of this one."""
+    rate, generator = _alarm_rate(table), np.random.default_rng(1)
+    return lambda drawn: power_ratio(drawn, float(rate.rvs(random_state=generator)))
 
 
 def right_by_cause(table: pd.DataFrame) -> pd.DataFrame:

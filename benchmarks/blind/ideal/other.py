@@ -10,7 +10,7 @@ from benchmarks.blind.hidden import Hidden, altered
 from benchmarks.blind.ideal.line import MOUNTED, PIECE
 from benchmarks.blind.ideal.responses import NUISANCES, RATE, WINDOW_S, Ends, Kept, Kind, Line, Priors, Top, Wrong
 from benchmarks.blind.other_world.cases import EFFECTS, Case
-from benchmarks.blind.other_world.disturbances import rock_density
+from benchmarks.blind.other_world.disturbances import rock_density, wander_density
 from benchmarks.blind.other_world.effects_string import same_string
 from benchmarks.blind.other_world.rig import DENSITY, Drive, Recording, Window
 from benchmarks.blind.other_world.rigs import INTERVAL_SPREAD, LOCAL_SPREAD, WRONG_BY, WRONG_SHEETS, Rig
@@ -31,7 +31,7 @@ from drillid.arrays import Complex, Floats
 
 _SHARES = (-0.25, -0.125, 0.125, 0.25)
 """Of an interval, by which the delay is off at the beginning of a fit."""
-_SELDOM, _OTHER_INTERVALS = 0.01, (0.01, 0.02, 0.035, 0.05)
+_SELDOM, _OTHER_INTERVALS = 0.01, (0.01, 0.02, 0.025, 0.03, 0.035, 0.05)
 """s, from which that matters, and intervals to begin with where it is not known."""
 
 
@@ -75,7 +75,13 @@ class OtherResponses:
         changes = bool(rig.growth) or bool(rig.damping_course)
         strings = [_numbers(rig, share) for share in (shares if changes else (0.5,))]
         control, drive, recording = rig.control, rig.drive, rig.recording
-        numbers = (drive.delay, drive.inertia, control.proportional, control.integral, recording.offset)
+        numbers = (
+            drive.delay + control.interval / 2,
+            drive.inertia,
+            control.proportional,
+            control.integral,
+            recording.offset,
+        )
         numbers = (*numbers, control.interval, rig.string[0].admittance)
         tops = [Top(*numbers, (control, drive, recording, share if recording.drift else 0.5)) for share in shares]
         return [Line(strings[number if changes else 0], blades, top) for number, top in enumerate(tops)]
@@ -85,7 +91,7 @@ class OtherResponses:
         rest: Any = top.rest
         control, drive, recording, share = rest
         control = altered(control, proportional=top.proportional, integral=top.integral, interval=top.interval)
-        drive = altered(drive, delay=top.delay, inertia=top.inertia)
+        drive = altered(drive, delay=top.delay - top.interval / 2, inertia=top.inertia)
         recording = altered(recording, offset=top.offset)
         kept = recording, control.interval, drive, top.admittance, share
         return Ends(
@@ -102,9 +108,12 @@ class OtherResponses:
         rig = self.case.window(window, hidden)
         through = noise_response(rig, s, share) * recorded(rig.recording, s, share, WINDOW_S)
         rock = rock_density(rig.rock, np.abs(s) / (2 * np.pi))
-        # the control answers to the sensor's noise, which its readings fold into the band
-        loop = np.abs(1 - command_mobility(rig, s, share) * control_response(rig.control, s)) ** 2
-        return np.asarray(np.abs(through) ** 2 * rock + loop * _sensor_density(rig), dtype=float)
+        rock = rock + (rig.rock.mean * rig.rock.wander) ** 2 * wander_density(np.abs(s) / (2 * np.pi))
+        # the control answers to the sensor's noise, which its readings fold into the band, and to its set point
+        controlled = command_mobility(rig, s, share) * control_response(rig.control, s)
+        set_point = (rig.speed * rig.speed_wander) ** 2 * wander_density(np.abs(s) / (2 * np.pi))
+        sensor = np.abs(1 - controlled) ** 2 * _sensor_density(rig) + _folded_density(rig)
+        return np.asarray(np.abs(through) ** 2 * rock + np.abs(controlled) ** 2 * set_point + sensor, dtype=float)
 
     def sensor_density(self, window: int, hidden: tuple[Hidden, ...]) -> float:
         """Of the part that the control does not see: the recorder's rounding; its readings it sees itself."""
@@ -142,6 +151,12 @@ def _numbers(rig: Window, share: float) -> Floats:
 def _sensor_density(rig: Window) -> float:
     """One-sided power density of the readings' noise, (rad/s)²/Hz."""
     return 2 * (rig.recording.scale * rig.recording.noise) ** 2 * rig.control.interval
+
+
+def _folded_density(rig: Window) -> float:
+    """The same of what the recorder adds by keeping fewer of them than the control takes, or means of two of them."""
+    kept = 1.0 if rig.recording.kind == "hold" else 2 / 3
+    return 2 * (rig.recording.scale * rig.recording.noise) ** 2 * max(kept / RATE - rig.control.interval, 0.0)
 
 
 def _priors(case: Case) -> Priors:

@@ -53,6 +53,11 @@ def set_speed(generator: np.random.Generator, speed: float, wander: float, sampl
     return speed * (1 + wander * first_order(generator, samples, step, _WANDER_MEMORY))
 
 
+def wander_density(frequency: Floats) -> Floats:
+    """One-sided power density of weights and set points that wander, relative to their variance, 1/Hz."""
+    return np.asarray(4 * _WANDER_MEMORY / (1 + (2 * np.pi * frequency * _WANDER_MEMORY) ** 2), dtype=float)
+
+
 def burst_power(rate: float) -> float:
     """Mean power of a level with bursts at a rate in 1/s, relative to that between them."""
     return 1 + (_BURST_FACTOR**2 - 1) * _burst_share(rate)

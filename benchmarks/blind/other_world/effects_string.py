@@ -127,11 +127,16 @@ def _coulomb_contact(window: Window, size: float, context: Context) -> Window:
     """Friction of all contacts that falls with speed; its slope takes `size` (10 rad/s/Ω)² from κ in the mean."""
     fall = FALLS[int(context.generator().integers(len(FALLS)))]
     law = "lugre" if context.shape > 0.5 else "karnopp"
-    slope = size * (10.0 / window.speed) ** 2 * sum(piece.moment * piece.length for piece in window.string)
     torque = sum(contact.friction.coulomb for contact in window.contacts)
-    rubbing = Friction.with_steepness(law, fall, torque / _CONTACTS, slope / _CONTACTS, window.speed)
-    contacts = tuple(Contact((place + 0.5) / _CONTACTS, rubbing) for place in range(_CONTACTS))
-    return altered(window, contacts=contacts)
+    length = sum(piece.length for piece in window.string)
+    contacts = []
+    for place in range(_CONTACTS):
+        below = cut(window.string, place * length / _CONTACTS)[1]
+        around = below if place == _CONTACTS - 1 else cut(below, length / _CONTACTS)[0]
+        slope = size * (10.0 / window.speed) ** 2 * sum(piece.moment * piece.length for piece in around)
+        rubbing = Friction.with_steepness(law, fall, torque / _CONTACTS, slope, window.speed)
+        contacts.append(Contact((place + 0.5) / _CONTACTS, rubbing))
+    return altered(window, contacts=tuple(contacts))
 
 
 def _kappa_range(window: Window, context: Context) -> Range:

@@ -60,8 +60,8 @@ def _sign_or_unit(window: Window, size: float, context: Context) -> Window:
 
 
 def _notch(window: Window, size: float, context: Context) -> Window:
-    """A notch on the controller's torque against a mode of the string; the size is its frequency."""
-    return window.with_control(notch=size)
+    """A notch on the controller's torque against a mode of the string; the size is its depth."""
+    return window.with_control(notch=0.3 * 10**context.shape, notch_depth=size)
 
 
 EFFECTS = (
@@ -90,8 +90,9 @@ EFFECTS = (
     Effect(
         "once_per_revolution", lambda window, size, _: window.with_recording(ripple=size), (1e-5, 0.05), linear=False
     ),
-    Effect("notch_in_control", _notch, (0.3, 3.0), in_catalogue=False),
+    Effect("notch_in_control", _notch, (0.003, 0.95), in_catalogue=False),
+    # the size is the resonance's period: the longer, the more of the band it bends
     Effect(
-        "resonant_drive", lambda window, size, _: window.with_drive(resonance=size), (2.0, 12.0), in_catalogue=False
+        "resonant_drive", lambda window, size, _: window.with_drive(resonance=1 / size), (0.04, 0.5), in_catalogue=False
     ),
 )

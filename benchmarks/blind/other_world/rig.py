@@ -70,6 +70,8 @@ class Control:
     """1/s, rate at which the integral gives back what a limit withholds (back-calculation); 0 holds it at the limit."""
     notch: float = 0.0
     """Hz, centre of a notch in the controller's torque; 0 without it."""
+    notch_depth: float = 0.9
+    """Share that it takes away at its centre."""
 
 
 @dataclass(frozen=True)

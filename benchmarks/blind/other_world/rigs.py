@@ -319,7 +319,8 @@ def base_window(rig: Rig, segment: Segment, nuisances: Floats | None = None) -> 
 
     They are those of the ideal test: κ (100 N s/m⁴), δ (logarithm), relative length and polar moment, delay (10 ms),
     relative inertia of the top drive, damping (50 N m s/rad) and inertia (50 kg m²) at the bit, relative gains P and I,
-    clock (ms), interval of the control (decades).
+    clock (ms), interval of the control (decades). The delay is as the documents state it, with half an interval of the
+    hold.
     """
     off = np.zeros(12) if nuisances is None else nuisances
     wall, steel = segment.wall_damping + 100.0 * off[0], segment.steel_damping * np.exp(off[1])
@@ -350,7 +351,10 @@ def base_window(rig: Rig, segment: Segment, nuisances: Floats | None = None) -> 
         integral=rig.control.integral * (1 + off[9]),
         interval=rig.control.interval * 10 ** float(np.clip(off[11], -_MOST_DECADES, _MOST_DECADES)),
     )
-    drive = altered(rig.drive, inertia=rig.drive.inertia * (1 + off[5]), delay=rig.drive.delay + 0.01 * off[4])
+    of_hold = (control.interval - rig.control.interval) / 2
+    drive = altered(
+        rig.drive, inertia=rig.drive.inertia * (1 + off[5]), delay=rig.drive.delay + 0.01 * off[4] - of_hold
+    )
     rock = altered(
         rig.rock, noise=segment.noise, lines=tuple((at, size * segment.noise) for at, size in rig.rock.lines)
     )

@@ -211,7 +211,7 @@ def _rates(window: Window, step: float) -> Rates:
         speed_filter=control.speed_filter,
         torque_filter=control.torque_filter,
         windup_gain=control.windup_gain,
-        notch=_notch(control.notch, every * step),
+        notch=_notch(control.notch, control.notch_depth, every * step),
         ripple=window.recording.ripple,
         delay=drive.delay / step,
         gain=drive.gain,
@@ -227,14 +227,13 @@ def _rates(window: Window, step: float) -> Rates:
     )
 
 
-def _notch(frequency: float, interval: float) -> Floats:
+def _notch(frequency: float, depth: float, interval: float) -> Floats:
     """Coefficients of a notch by the trapezoidal rule; those of a plain gain of one at 0 Hz."""
     if frequency == 0:
         return np.array([1.0, 0.0, 0.0, 0.0, 0.0])
     rate, centre = 2 / interval, 2 * np.pi * frequency
     spread = 2 * NOTCH_WIDTH * centre * rate
-    above = np.array(
-        [rate**2 + 0.1 * spread + centre**2, 2 * (centre**2 - rate**2), rate**2 - 0.1 * spread + centre**2]
-    )
+    left = (1 - depth) * spread
+    above = np.array([rate**2 + left + centre**2, 2 * (centre**2 - rate**2), rate**2 - left + centre**2])
     below = np.array([rate**2 + spread + centre**2, 2 * (centre**2 - rate**2), rate**2 - spread + centre**2])
     return np.concatenate([above / below[0], below[1:] / below[0]])

@@ -59,7 +59,7 @@ def control_response(control: Control, s: Complex) -> Complex:
     response = control.proportional + control.integral * control.interval / step
     response = response * read(control, s) * _trapezoidal(s, control.interval, control.torque_filter)
     if control.notch > 0:
-        response = response * notch(s, control.interval, control.notch)
+        response = response * notch(s, control.interval, control.notch, control.notch_depth)
     return np.asarray(response, dtype=complex)
 
 
@@ -76,17 +76,17 @@ def _trapezoidal(s: Complex, interval: float, time_constant: float) -> Complex:
 
 
 NOTCH_WIDTH = 0.5
-"""Damping ratio of the notch's poles; its zeros have a tenth of it."""
+"""Damping ratio of the notch's poles."""
 
 
-def notch(s: Complex, interval: float, frequency: float) -> Complex:
+def notch(s: Complex, interval: float, frequency: float, depth: float) -> Complex:
     """A notch by the trapezoidal rule at an interval."""
     later = np.exp(-s * interval)
     warped = 2 / interval * (1 - later) / (1 + later)
     centre = 2 * np.pi * frequency
     squared = warped**2 + centre**2
     spread = 2 * NOTCH_WIDTH * centre * warped
-    return np.asarray((squared + 0.1 * spread) / (squared + spread), dtype=complex)
+    return np.asarray((squared + (1 - depth) * spread) / (squared + spread), dtype=complex)
 
 
 RESONANCE_DAMPING = 0.25

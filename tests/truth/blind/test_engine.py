@@ -232,6 +232,15 @@ def test_a_bit_that_never_stands_has_no_stick_slip() -> None:
         assert judge(case, always("stuck_slip_regimes"), ideal, stands=stands).right
 
 
+def test_what_a_rig_has_by_nature_is_no_alarm_whatever_its_score() -> None:
+    plain = other_plain_case(1, 1)[0]
+    case = replace(plain, rig=replace(plain.rig, control=replace(plain.rig.control, interval=0.02)))
+    ideal = Ideals(0.0, 0.0, 0.0, 0.0, 30.0, ())
+    for name, score in (("sample_and_hold", -np.inf), ("mud_drag", 9.0)):
+        found = judge(case, replace(always(name), score=9.0), ideal)
+        assert (found.detected, found.score) == (score > 0, score)
+
+
 def test_that_the_bit_stands_is_no_second_cause_beside_what_makes_it_stand() -> None:
     regime, maker, other = (Claim(name, 1.0, cause=name) for name in ("stuck_slip_regimes", "drive_lag", "mud_drag"))
     both, wrong = Answer((maker, regime)), Answer((other, regime))

@@ -3,24 +3,30 @@
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import periodogram
 
 from benchmarks.blind import draw as drawing
 from benchmarks.blind import engines, world
-from benchmarks.blind.draw import STRATIFIED, draw, planned
+from benchmarks.blind.draw import STRATIFIED, draw, planned, sized
 from benchmarks.blind.engines import data_sheet, evidence_of
-from benchmarks.blind.hidden import Hidden
+from benchmarks.blind.hidden import Hidden, altered
 from benchmarks.blind.ideal.alike import same
 from benchmarks.blind.ideal.of_case import ideal_of
-from benchmarks.blind.ideal.responses import NUISANCES
+from benchmarks.blind.ideal.responses import NUISANCES, RATE, WINDOW_S
 from benchmarks.blind.other_world.cases import EFFECTS, Case, plain_case
 from benchmarks.blind.other_world.effects_string import zone
+from benchmarks.blind.other_world.record import record
 from benchmarks.blind.other_world.rig import DENSITY
-from benchmarks.blind.other_world.theory import laplace, recorded_responses
+from benchmarks.blind.other_world.simulate import simulate
+from benchmarks.blind.other_world.theory import drive_response, laplace, recorded_responses
 from benchmarks.blind.vocabulary import CAUSES
 from benchmarks.blind.world import WORLDS, place, present
+from drillid.excitation.torques import SWEEP_PERIOD
 
 OTHER = WORLDS["other"]
 
@@ -46,8 +52,65 @@ def test_an_effect_changes_its_window_more_the_larger_it_is(case: Case, name: st
     assert str(case.window(1, (Hidden(name, high, 0.4),))) != str(case.window(1))
     if effect.linear and low < high:
         small, large = (ideal.noncentrality((Hidden(name, size, 0.4),)) for size in (low, high))
-        # the frequency of a notch, or of a drive's resonance, is no strength
-        assert 0 <= small < large or not effect.in_catalogue
+        assert 0 <= small < large
+
+
+@pytest.mark.parametrize("name", ["resonant_drive", "notch_in_control"])
+def test_effects_without_a_name_are_drawn_as_large_as_said_and_grow_with_their_size(name: str) -> None:
+    drawn, generator = plain_case(62005, 2)
+    hidden, ideal = sized(drawn, name, generator, (10.0, 30.0)), ideal_of(drawn)
+    half, whole = (np.sqrt(ideal.noncentrality((replace(hidden, size=hidden.size * by),))) for by in (0.5, 1.0))
+    assert 9 < whole < 33
+    assert half < whole
+
+
+def test_another_interval_of_the_control_leaves_the_delay_as_the_documents_state_it(case: Case) -> None:
+    off = np.zeros(len(NUISANCES))
+    off[list(NUISANCES).index("interval")] = 0.5
+    stated = [each.drive.delay + each.control.interval / 2 for each in (case.window(0, ()), case.window(0, (), off))]
+    assert stated[0] == pytest.approx(stated[1], abs=1e-12)
+    # and by the numbers that the ideal test takes its slopes from
+    s = laplace(np.array([0.5, 3.0]))
+    (line,) = ideal_of(case).responses.lines(0, (), off, (0.5,))
+    direct = recorded_responses(case.window(0, (), off), s, 0.5, WINDOW_S)[1]
+    driven = ideal_of(case).responses.ends(line.top, s)
+    assert driven.drive == pytest.approx(drive_response(case.window(0, (), off).drive, line.top.interval, s))
+    assert direct.shape == driven.control.shape
+
+
+@pytest.mark.parametrize("changes", [{"noise": 3e-3}, {"kind": "interpolate", "noise": 3e-3}, {"wander": True}])
+def test_the_noise_is_that_of_the_record(case: Case, changes: dict[str, Any]) -> None:
+    """What a recorder folds into the band, and what set points and weights that wander add, is part of it."""
+    plain, wander = case.window(0, ()), changes.get("wander", False)
+    recording = altered(plain.recording, **{"noise": 1e-4} | {k: each for k, each in changes.items() if k != "wander"})
+    rock = altered(plain.rock, wander=0.05 if wander else 0.0, mean=8000.0)
+    window = altered(plain, sweep=0.0, recording=recording, rock=rock, speed_wander=4e-3 if wander else 0.0)
+    frequency, density = np.empty(0), 0.0
+    for seed in range(4):
+        result = simulate(window, SWEEP_PERIOD, WINDOW_S, [9, seed])
+        speed = record(result, window.recording, SWEEP_PERIOD, WINDOW_S, 0.0)["speed"]
+        frequency, power = periodogram(speed, RATE, "hann")
+        density = density + power / 4
+    responses = copy(ideal_of(case).responses)
+    responses.case = SimpleNamespace(window=lambda *_: window)
+    for low, high in ((0.05, 0.1), (0.3, 1.0), (2.0, 4.0)):
+        band = (frequency > low) & (frequency < high)
+        expected = responses.noise_density(0, (), laplace(frequency[band]))
+        # 48 lines of four windows in the narrowest band
+        assert np.mean(density[band] / expected) == pytest.approx(1.0, abs=0.25), (low, high)
+
+
+def test_contacts_take_of_the_damping_what_their_piece_of_the_string_has(case: Case) -> None:
+    size = 0.5 * case.segments[0].wall_damping
+    window = case.window(0, (Hidden("coulomb_contact", size, 0.4),))
+    steepness = [contact.friction.steepness(window.speed) for contact in window.contacts]
+    whole = size * (10.0 / window.speed) ** 2 * sum(piece.moment * piece.length for piece in window.string)
+    assert sum(steepness) == pytest.approx(whole, rel=1e-6)
+    # pipe of one size above, collars below
+    assert steepness[1] == pytest.approx(
+        size * (10.0 / window.speed) ** 2 * window.string[0].moment * window.length / len(steepness), rel=1e-6
+    )
+    assert steepness[-1] > 1.2 * steepness[1]
 
 
 @pytest.mark.parametrize("motor", [False, True])

@@ -9,6 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import typer
+from scipy.special import ndtr
+from scipy.stats import beta
 
 from benchmarks.blind import __main__ as proof
 from benchmarks.blind import blocks, limits
@@ -18,9 +20,10 @@ from benchmarks.blind.baselines import _coordinates
 from benchmarks.blind.blocks import Block, judged, markdown, register, registered
 from benchmarks.blind.document import write_page
 from benchmarks.blind.draw import NULLS, PAIRS, REMOVED, ZONES, in_turn, planned
+from benchmarks.blind.ideal.ideal import threshold
 from benchmarks.blind.limits import cases_needed, lower_limit, upper_limit
 from benchmarks.blind.run import ENGINES
-from benchmarks.blind.scores import TARGETS, at_equal_alarms, holds, scores
+from benchmarks.blind.scores import TARGETS, at_equal_alarms, holds, power_ratio, scores
 from benchmarks.blind.vocabulary import CAUSES
 from benchmarks.blind.world import WORLDS, World
 from drillid.discrepancy.catalogue import CATALOGUE
@@ -197,6 +200,17 @@ def test_engines_are_compared_at_equal_false_alarms() -> None:
     assert strict["false_alarm"] <= 0.05
     guessing = table.assign(score=np.random.default_rng(1).random(len(table)))
     assert at_equal_alarms(guessing, 0.05)["power_ratio"] < 0.15 < strict["power_ratio"]
+
+
+@pytest.mark.parametrize(("alarms", "rate"), [(0, 0.5 / 201), (3, 3.5 / 201)])
+def test_few_false_alarms_are_compared_with_the_ideal_test_at_the_rate_that_they_tell(alarms: int, rate: float) -> None:
+    table = _table().assign(detectability=6.0, candidates=8.0)
+    is_null = table["hidden"] == "none"
+    table["detected"] = ~is_null | (is_null & (is_null.cumsum() <= alarms))
+    assert power_ratio(table) == pytest.approx(1 / float(ndtr(6.0 - threshold(8.0, rate))))
+    found = scores(table)
+    drawn = [1 / float(ndtr(6.0 - threshold(8.0, r))) for r in beta.ppf([0.95, 0.05], alarms + 0.5, 200.5 - alarms)]
+    assert (found["power_ratio_low"], found["power_ratio_high"]) == pytest.approx(drawn, rel=0.02)
 
 
 def test_a_lasso_keeps_what_is_there() -> None:
