@@ -63,7 +63,8 @@ wrong outright. Up to block 500000 the ideal test tried an extra section at thre
 the same string counted as distinct. Up to block 710000 another interval of the control changed the delay that the
 documents state at no cost, the noise lacked what a recorder folds into the band and what wandering weights and set
 points add, and the strength of a notch and of a resonant drive was a frequency, so that both were drawn far larger than
-said.
+said. Up to block 720000 searches from other intervals stopped where linear theory at their beginning saw no lower
+distance.
 
 The distance is computed from the simulated equipment, in the second world from that world's own closed forms, not from
 the engine's model. A cause is *detectable* with the power Φ(√λ − z), where z sets the rate of false alarms to 5 % for

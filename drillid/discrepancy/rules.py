@@ -387,9 +387,9 @@ WRONG_VALUES = Rule(
 )
 REJECTED_CHI2 = Rule(
     2.0,
-    "χ² per residual from which the base model is rejected",
+    "χ² per residual from which a model, extended or not, is rejected, however rough the residuals are",
     "beyond any error of the noise estimate, which is within 0.74 to 1.4 even where it is wrong",
-    _ENGINE + "test_an_obvious_cause_is_named_as_itself_or_its_exact_class",
+    _ENGINE + "test_residuals_far_above_the_noise_are_unknown_however_rough_they_are",
 )
 LARGEST_LOG_ODDS = Rule(
     12.0,

@@ -21,7 +21,9 @@ ADDITIVE = ("aliased_tone", "once_per_revolution")
 _PARTS = 5
 _FEW = (1, 2, 6)
 """Numbers of windows from which a distance is bounded before it is computed from all."""
-_ROUNDS = 20
+_ROUNDS, _FAR_ROUNDS = 20, 3
+"""Rounds of a fit; and those at first, of one that begins elsewhere than at the truth, in which linear theory does not
+say where it ends."""
 _SIZE_STEP = 1e-4
 _LEAST = 1e-6
 """Smallest size of a rival relative to its largest, as some causes are not defined at zero."""
@@ -174,7 +176,8 @@ class Ideal:
         for share in (1.0,) if whole else _GROWTH:
             wanted = tuple(replace(cause, size=share * cause.size) for cause in hidden)
             target = {number: theory.response(number, wanted) for number in self.windows}
-            least, point = self._settled(theory, target, self._within(point.scaled(share / before)), rejected)
+            start, patience = self._within(point.scaled(share / before)), 0 if begin is None else _FAR_ROUNDS
+            least, point = self._settled(theory, target, start, rejected, patience)
             before = share
             if least > rejected:
                 break
@@ -184,13 +187,18 @@ class Ideal:
 
     @np.errstate(all="ignore")  # outside the domain of the theory costs are infinite
     def _settled(
-        self, theory: Theory, target: dict[int, Floats], point: "_Point", rejected: float
+        self, theory: Theory, target: dict[int, Floats], point: "_Point", rejected: float, patience: int = 0
     ) -> tuple[float, "_Point"]:
-        """Least squared distance from a target, and the point at which it is reached."""
+        """Least squared distance from a target, and the point at which it is reached.
+
+        Parameters
+        ----------
+        patience : rounds after which a fit that linear theory takes to end above `rejected` is stopped
+        """
         least = self._cost(theory, target, point)
-        for _ in range(_ROUNDS):
+        for done in range(_ROUNDS):
             step, predicted = self._step(theory, target, point)
-            if predicted > rejected:
+            if done >= patience and predicted > rejected:
                 break
             costs = []
             for share in _SHRINKS:

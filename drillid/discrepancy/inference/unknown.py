@@ -21,7 +21,7 @@ from drillid.discrepancy.inference.coordinates import COORDINATES, DATA_SHEET, E
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.smooth import smooth_functions
-from drillid.discrepancy.rules import WRONG_VALUES
+from drillid.discrepancy.rules import REJECTED_CHI2, WRONG_VALUES
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.line import profile_slopes, speed_ratio
 from drillid.physics.responses import bit_speed_ratio, string_admittance
@@ -33,6 +33,8 @@ PORTS = (*RELATIVE, "top", "upper string", "lower string", "bit")
 """At the others it adds an admittance: at the string's top, at a third and at two thirds of the pipe, at the bit."""
 ALONG_PIPE = "pipe"
 ON_DATA_SHEET = "data sheet"
+ROUGH = "record"
+"""Where a disturbance counts as acting that is no smooth function of frequency, such as images of other lines."""
 CHANNELS = (*PORTS, ALONG_PIPE, ON_DATA_SHEET)
 """Where something unknown may show."""
 _IN_WORDS = {
@@ -138,6 +140,20 @@ def evidence_off_data_sheet(model: SetModel, fit: SetFit) -> float:
     wrong = logsumexp(more, axis=0) - np.log(len(more)) + np.log(WRONG_VALUES)
     each_alone = np.where(priors.doubted, 0.0, np.logaddexp(np.log1p(-WRONG_VALUES), wrong))
     return float(logsumexp(off_by_cause) - np.log(off_by_cause.size) - each_alone.sum())
+
+
+def leaves_rough_residuals(model: SetModel, fit: SetFit) -> bool:
+    """Whether residuals are larger than noise can be, whatever the error of its estimate."""
+    return fit.chi2 > REJECTED_CHI2 * model.measured.residuals
+
+
+def evidence_of_roughness(model: SetModel, fit: SetFit) -> float:
+    """Log Bayes factor of residuals larger than noise can be, as rough as noise, against noise at the largest error of
+    its estimate: of a variance that they determine, less Schwarz's penalty of one parameter.
+    """
+    residuals = model.measured.residuals
+    ratio = max(fit.chi2 / (REJECTED_CHI2 * residuals), 1.0)
+    return float(0.5 * residuals * (ratio - 1 - np.log(ratio)) - 0.5 * np.log(residuals))
 
 
 def furthest_off_data_sheet(fit: SetFit) -> str:

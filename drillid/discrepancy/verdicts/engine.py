@@ -22,7 +22,13 @@ from drillid.discrepancy.inference.screen import Screen, screen
 from drillid.discrepancy.inference.search import FittedCause
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SetModel
-from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, evidence_off_data_sheet
+from drillid.discrepancy.inference.unknown import (
+    ON_DATA_SHEET,
+    ROUGH,
+    evidence_of_roughness,
+    evidence_off_data_sheet,
+    leaves_rough_residuals,
+)
 from drillid.discrepancy.rules import (
     CLOSURE_RATE,
     CONTENDER,
@@ -95,6 +101,8 @@ def _begun(
     before = screen(model, base, (), causes, generator)
     if base.data_sheet_cost > REJECTED_PULLS:
         before = _with_pulls(before, evidence_off_data_sheet(model, base))
+    if leaves_rough_residuals(model, base):
+        before = _with_roughness(before, evidence_of_roughness(model, base))
     return Examination((), model, base, base, (), before, before, None, detections, base_rates, before.p_value)
 
 
@@ -106,6 +114,14 @@ def _with_pulls(before: Screen, evidence: float) -> Screen:
     known = max(before.unknown[ON_DATA_SHEET], evidence)
     p_value = float(np.exp(-max(evidence, 0.0))) * RESPONSES_SHARE / DATA_SHEET_SHARE
     return replace(before, unknown={**before.unknown, ON_DATA_SHEET: known}, p_value=min(before.p_value, p_value))
+
+
+def _with_roughness(before: Screen, evidence: float) -> Screen:
+    """A screen with the evidence of residuals above the noise that are no smooth function of frequency, such as images
+    that a recorder folds onto the sweep's lines; bounded as those of values far off their data sheets.
+    """
+    known, bound = max(before.unknown[ROUGH], evidence), float(np.exp(-max(evidence, 0.0)))
+    return replace(before, unknown={**before.unknown, ROUGH: known}, p_value=min(before.p_value, bound))
 
 
 def _by_responses(

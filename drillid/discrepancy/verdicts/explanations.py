@@ -11,11 +11,11 @@ from drillid.discrepancy.inference.screen import Screen, screen
 from drillid.discrepancy.inference.search import FittedCause, at_best_shape, search
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.inference.unknown import leaves_rough_residuals
 from drillid.discrepancy.rules import (
     CLOSURE_RATE,
     LEFT_UNEXPLAINED,
     PAIR_FIRST_WITHIN,
-    REJECTED_CHI2,
     REJECTED_PULLS,
     SHAPE_RESOLVED,
 )
@@ -82,7 +82,7 @@ def _refuted(examination: Examination, cause: str) -> bool:
 
 def base_model_rejected(model: SetModel, base: SetFit) -> bool:
     """Whether the base model is so wrong that a linearisation about it is not valid."""
-    return base.data_sheet_cost > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * model.measured.residuals
+    return base.data_sheet_cost > REJECTED_PULLS or leaves_rough_residuals(model, base)
 
 
 def _with_own_detections(

@@ -15,7 +15,7 @@ from drillid.discrepancy.inference.search import FittedCause
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.size_posterior import fitted_size_interval, size_interval
-from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, furthest_off_data_sheet
+from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, furthest_off_data_sheet, leaves_rough_residuals
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.rules import (
     CLOSURE_RATE,
@@ -52,7 +52,7 @@ def explain_responses(
     best = first.best
     after = screen(model, best.fit, (best.extension,), causes, generator)
     chosen: Chosen = [(first, best)]
-    if leaves_more(best.fit, after):
+    if leaves_more(best.fit, after) or leaves_rough_residuals(model, best.fit):
         better = alternative(examination, first, after, causes, generator)
         if better is not None and (
             _is_incomplete(model, best.fit, after) or total_evidence(examination, better[0]) > best.log_evidence
@@ -74,7 +74,7 @@ def _is_incomplete(model: SetModel, fit: SetFit, after: Screen) -> bool:
     """Whether an extended model leaves more than noise, or leaves no more only by disbelieving data sheets."""
     above_noise = fit.chi2 > LEFT_CHI2 * model.measured.residuals
     leaves_more = after.p_value < CLOSURE_RATE and (remaining_evidence(after) > LEFT_UNEXPLAINED or above_noise)
-    return leaves_more or fit.data_sheet_cost > OUT_OF_REACH
+    return leaves_more or leaves_rough_residuals(model, fit) or fit.data_sheet_cost > OUT_OF_REACH
 
 
 def _named(examination: Examination, first: Posterior, chosen: Chosen, after: Screen) -> Examination:

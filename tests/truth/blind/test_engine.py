@@ -224,6 +224,13 @@ def test_a_held_record_whose_images_lie_above_the_band_is_not_denied_for_lack_of
     assert jitter.evidence_for(held.size**2 / 12) < 0
 
 
+def test_residuals_far_above_the_noise_are_unknown_however_rough_they_are() -> None:
+    """A record updated every 10 ms of readings every 37.5 ms has images on the sweep's own lines."""
+    found = examined_with(Hidden("sample_and_hold", 0.01, 0.0116), 720107)
+    assert [verdict.verdict for verdict in found.verdicts] == ["unknown"]
+    assert "the nearest known effect is" in found.verdicts[0].evidence
+
+
 def test_a_bit_that_never_stands_has_no_stick_slip() -> None:
     case = replace(plain_case(1, 1)[0], hidden=(Hidden("stuck_slip_regimes", 0.6, 0.5),))
     ideal = Ideals(np.nan, np.nan, np.nan, np.nan, 30.0, (("stuck_slip_regimes",),))

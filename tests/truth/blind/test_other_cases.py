@@ -78,6 +78,14 @@ def test_another_interval_of_the_control_leaves_the_delay_as_the_documents_state
     assert direct.shape == driven.control.shape
 
 
+def test_what_another_interval_of_the_control_hides_is_found_from_there() -> None:
+    ideal = ideal_of(plain_case(720041)[0])
+    hidden = (Hidden("sample_and_hold", 0.01, 0.747),)
+    near = ideal._with(priors=replace(ideal.priors, starts=()))
+    # rows do not show whether it is 20 or 25 ms
+    assert np.sqrt(ideal.least_distance(hidden)) < 3.5 < 5.0 < np.sqrt(near.least_distance(hidden))
+
+
 @pytest.mark.parametrize("changes", [{"noise": 3e-3}, {"kind": "interpolate", "noise": 3e-3}, {"wander": True}])
 def test_the_noise_is_that_of_the_record(case: Case, changes: dict[str, Any]) -> None:
     """What a recorder folds into the band, and what set points and weights that wander add, is part of it."""
