@@ -61,7 +61,7 @@ class SpectraSettings(Strict):
     """Unexcited lines around each excited one from which its noise is estimated; a quarter of these if
     the sweep is not periodic."""
     spectrogram_segment_s: float = Field(default=20.0, gt=0, le=3600)
-    """Segment of the spectrograms, in s."""
+    """Segment of the spectrograms, in s; at most half of the shortest window."""
 
     @model_validator(mode="after")
     def _has_a_band(self) -> Self:

@@ -27,6 +27,8 @@ _LOCATED, _LEAST_AVERAGES = 3, 1.5
 """Periods from which on a burst can be located, as two deviate alike from their mean; and periods of usual noise that a
 weighted mean must be worth."""
 
+_UNANSWERED = 1e-3
+"""Rate at which lines that do not answer to the sweep are taken to."""
 _ROUNDING = 1e-9
 """Share of a period that is rounding."""
 
@@ -67,16 +69,15 @@ def line_spectra(
 ) -> Spectra:
     """Spectra at the harmonics of a periodic sweep, from the whole periods in the window.
 
-    In n periods every n-th line contains the sweep's response, and the n − 1 lines between it and
-    the next the spread between periods. Three disturbances are removed: drift as a parabola of
-    time, by weighted least squares over all unexcited lines; the transient and other leakage, which
-    are linear over the nearest `noise_lines` unexcited lines, weighted by the smooth spectrum of the
-    noise (a local polynomial estimate: Pintelon and Schoukens 2012, chapter 7); bursts of noise, by
-    weighting each period at each time (`noise`). What does not repeat in the sweep is removed as
-    leakage is, since the command holds it as well. The power that remains in these lines, divided by
-    the smooth spectrum of the noise, gives the variance; its degrees of freedom are theirs less two,
-    fewer where bursts are weighted down, and fewer for the error of the smooth spectrum, which few
-    periods determine less well.
+    In n periods every n-th line contains the sweep's response, and the n − 1 lines between it and the next the spread
+    between periods. Three disturbances are removed: drift as a parabola of time, by weighted least squares over all
+    unexcited lines; the transient and other leakage, which are linear over the nearest `noise_lines` unexcited lines,
+    weighted by the smooth spectrum of the noise (a local polynomial estimate: Pintelon and Schoukens 2012, chapter 7);
+    bursts of noise, by weighting each period at each time (`noise`). What does not repeat in the sweep is removed as
+    leakage is, since the command holds it too, and the response to it is no noise. The power that remains in these
+    lines, divided by the smooth spectrum of the noise, gives the variance; its degrees of freedom are theirs less two,
+    fewer where bursts are weighted down, and fewer for the error of the smooth spectrum, which few periods determine
+    less well.
 
     Parameters
     ----------
@@ -173,6 +174,19 @@ def _weighted(lines: _Lines, weights: Weights, channel: Complex, level: Floats) 
     return np.asarray(rfft(weights.applied(series).ravel()) * deviation)
 
 
+def _without_answer(of_sweep: Complex, noise: Complex, sweep_line: Complex, line: Complex) -> Complex:
+    """Lines between harmonics (harmonic, offset) less the response to the sweep's part there, where they show it: a
+    sweep whose amplitude changes is answered there as at its harmonics, but what its recorder adds to it is not.
+    """
+    power, own = (np.sum(np.abs(lines) ** 2, axis=1) for lines in (of_sweep, noise))
+    shared = np.abs(np.sum(noise * np.conj(of_sweep), axis=1)) ** 2
+    # squared coherence of unrelated lines is beyond by chance at the rate
+    chance = 1 - _UNANSWERED ** (1 / (noise.shape[1] - 1))
+    answered = (shared > chance * power * own) & (np.abs(sweep_line) ** 2 * noise.shape[1] > power)
+    response = np.divide(line, sweep_line, out=np.zeros_like(line), where=answered)
+    return np.asarray(noise - response[:, None] * of_sweep)
+
+
 def _at_harmonics(
     lines: _Lines,
     sweep: Complex,
@@ -199,7 +213,10 @@ def _at_harmonics(
         at_line.append(channel[harmonics] - coefficients[:, 0])
         residuals.append((noise - coefficients @ powers.T) * np.sqrt(weight))
     sweep_line, speed_line, command_line = at_line
-    of_speed, of_command = residuals[1:]
+    of_speed, of_command = (
+        _without_answer(residuals[0], noise, sweep_line, line)
+        for line, noise in zip(at_line[1:], residuals[1:], strict=True)
+    )
     freedom = float(offsets.size - _ORDER - 1)
     scale = leverage * periods / freedom * (1.0 if weights is None else (periods - 1) / weights.residual)
     speed_noise, command_noise = (np.sum(np.abs(noise) ** 2, axis=1) * scale for noise in (of_speed, of_command))

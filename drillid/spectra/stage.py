@@ -92,11 +92,19 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         [memo.result(memo.key("period", contents[row], rate), functools.partial(period, row)) for row in rows]
     )
     usual, frequencies = usual_sweep(periods, chosen, rate)
+    if frequencies.size < 2:
+        raise EstimationError(
+            "spectra",
+            f"no two lines lie between {chosen.frequency_minimum_hz:g} and {0.4 * rate:g} Hz, 0.4 of the sample rate",
+            "Lower spectra.frequency_minimum_hz, or log faster",
+        )
+    # the same in all windows, so that they have the same frequencies
+    segment = min(chosen.spectrogram_segment_s, float(windows["samples"].min()) / (2 * rate))
     repeats = is_usual(periods, usual, rate)
     factor = _sweep_rate(records, windows, repeats, rate, usual, frequencies)
     longest = int(windows["samples"].max())
     # shorter windows have spectrograms that end earlier
-    times = spectrogram(np.zeros(longest), rate, chosen.spectrogram_segment_s, chosen.frequency_maximum_hz)[1]
+    times = spectrogram(np.zeros(longest), rate, segment, chosen.frequency_maximum_hz)[1]
 
     def make(missing: list[int]) -> xr.Dataset:
         lines, others = [], []
@@ -107,8 +115,8 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             torque = command if np.isfinite(command).all() else sweep
             distortion = _distortion(spectra, frequencies, usual, factor if repeats[row] else np.nan)
             lines.append(spectra)
-            shown = _spectrograms(torque, speed, rate, chosen).reindex(spectrogram_time=times)
-            others.append(xr.merge([shown, distortion]))
+            shown = _spectrograms(torque, speed, rate, segment, chosen.frequency_maximum_hz)
+            others.append(xr.merge([shown.reindex(spectrogram_time=times), distortion]))
         return xr.merge(
             [
                 stacked(lines, frequencies),
@@ -116,7 +124,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             ]
         )
 
-    keys = row_keys(folders.basis, contents, rate, usual, frequencies.tolist(), factor, longest)
+    keys = row_keys(folders.basis, contents, rate, usual, frequencies.tolist(), factor, longest, segment)
     dataset = completed(folders.earlier("spectra", "spectra"), keys, "window", make)
     dataset = dataset.assign(sweep_period=("window", periods)).drop_vars(WINDOW_COORDINATES, errors="ignore")
     folders.write("spectra", "spectra", dataset.assign_coords({name: windows[name] for name in WINDOW_COORDINATES}))
@@ -210,8 +218,7 @@ def _too_short(needed: float) -> tuple[str, str]:
     )
 
 
-def _spectrograms(torque: Floats, speed: Floats, rate: float, settings: SpectraSettings) -> xr.Dataset:
-    segment, highest = settings.spectrogram_segment_s, settings.frequency_maximum_hz
+def _spectrograms(torque: Floats, speed: Floats, rate: float, segment: float, highest: float) -> xr.Dataset:
     frequencies, times, torque_power = spectrogram(torque, rate, segment, highest)
     dims = ("spectrogram_frequency", "spectrogram_time")
     return xr.Dataset(

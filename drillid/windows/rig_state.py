@@ -17,6 +17,8 @@ _SMOOTHING_S = 2.0
 """Time of the running medians, which do not shift a change of state, s."""
 _SWEEP_S = 5.0
 """A sweep is visible in any interval of this length, s."""
+_ON_S = 60.0
+"""A sweep lasts longer, s, and all spikes of a log together do not."""
 _SWEEP_SHARE = 0.05
 """Share of the sweep's usual range below which it counts as off."""
 _MOVING = 0.02
@@ -112,7 +114,7 @@ def _sweep_on(sweep: Array, unknown: Booleans, rate: float) -> Booleans:
     """
     span = _span(_SWEEP_S, rate)
     swing = maximum_filter1d(sweep, span, mode="nearest") - minimum_filter1d(sweep, span, mode="nearest")
-    near = (swing > _SWEEP_SHARE * np.quantile(swing, 0.95)) | unknown
+    near = (swing > _SWEEP_SHARE * _usual(swing, rate)) | unknown
     on = np.asarray(minimum_filter1d(near.astype(np.uint8), span, mode="constant", cval=1) > 0)
     for first, stop in runs(~on):
         off = sweep[first:stop]
@@ -122,6 +124,17 @@ def _sweep_on(sweep: Array, unknown: Booleans, rate: float) -> Booleans:
         on[first : first + at_rest[0]] = True
         on[first + at_rest[-1] : stop] |= stop < sweep.size
     return on
+
+
+def _usual(swing: Array, rate: float) -> float:
+    """Usual range of a sweep that is on: the 95th percentile in the log or, where that is at rest by the range that is
+    reached for a minute, the median of what is not.
+    """
+    usual = float(np.quantile(swing, 0.95))
+    minute = min(round(_ON_S * rate), swing.size)
+    reached = float(np.partition(swing, -minute)[-minute])
+    at_rest = usual <= _SWEEP_SHARE * reached
+    return float(np.median(swing[swing > _SWEEP_SHARE * reached])) if at_rest and reached > 0 else usual
 
 
 def _moving(bit_depth: Array, rate: float) -> Booleans:

@@ -197,7 +197,8 @@ def _loaded(
     for place in places:
         first, stop = place[0], sum(place)
         if stop > end:
-            end = max(stop, *(sum(other) for other in places if first <= other[0] and sum(other) <= first + _BLOCK))
+            together = [sum(other) for other in places if first <= other[0] and sum(other) <= first + _BLOCK]
+            end = max([stop, *together])
             block = first, records[_OF_WINDOW].isel(time=slice(first, end)).load()
         yield block, place
 

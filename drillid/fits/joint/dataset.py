@@ -53,8 +53,9 @@ def joint_dataset(
         "state_": STATE,
     }
     starts = fits["value"].values
-    if not np.isfinite(starts).all(axis=1).any():
-        return _nothing(len(measured)).assign_coords(coordinates), []
+    if not fits["accepted"].values.any():
+        fitted = np.flatnonzero(np.isfinite(starts).all(axis=1)).tolist()
+        return _nothing(len(measured)).assign_coords(coordinates), [_refused(fits, fitted)] if fitted else []
     share, informed = np.ones(len(measured)), np.flatnonzero([each.informs for each in measured])
     share[informed] = counted_once(fits["start"].values[informed], fits["end"].values[informed])
     fit = joint_fit(measured, known, bit_depth, prior, starts, settings, share)
@@ -95,7 +96,7 @@ def _as_dataset(fit: JointFit) -> xr.Dataset:
 
 
 def _nothing(windows: int) -> xr.Dataset:
-    """The dataset of a well without any fit; each failed fit has a problem row of its own."""
+    """The dataset of a well without any accepted fit; each failed fit has a problem row of its own."""
     sizes = {
         "window": windows,
         "parameter": len(PARAMETERS),
@@ -113,6 +114,15 @@ def _nothing(windows: int) -> xr.Dataset:
         "last_information": ("state", "state_"),
     }
     return xr.Dataset({name: (dim, np.full([sizes[each] for each in dim], np.nan)) for name, dim in dims.items()})
+
+
+def _refused(fits: xr.Dataset, fitted: list[int]) -> Problem:
+    """What an error of the model that all windows have in common would only be averaged to a wrong value."""
+    return Problem(
+        windows_place(fits, fitted),
+        "no window's own fit is accepted, so that there is no joint fit",
+        "See the reasons of these fits, and what the verdicts say is wrong",
+    )
 
 
 def _problems(fit: JointFit, fits: xr.Dataset) -> list[Problem]:

@@ -154,6 +154,14 @@ def test_noise_that_grows_slowly_has_the_variance_that_is_stated() -> None:
     assert stated(error, variance, spectra.degrees_of_freedom) == pytest.approx(1, abs=0.05)
 
 
+@pytest.mark.parametrize("gain", [np.where(TIME < 290, 1.0, 0.93), 1 - 0.15 * TIME / TIME[-1]])
+def test_the_response_to_a_sweep_whose_amplitude_changes_is_no_noise(gain: np.ndarray) -> None:
+    sweep = gain * exponential_sweeps(TIME, 500.0, period=120.0)
+    error, variance, spectra = errors("lines", sweep, [measured(seed, sweep, 2.0) for seed in range(6)])
+    # 0.8 where it counted as noise
+    assert stated(error, variance, spectra.degrees_of_freedom) == pytest.approx(1, abs=0.06)
+
+
 def test_a_window_that_begins_at_rest_is_freed_of_its_transient() -> None:
     rng = np.random.default_rng(3)
     sweep = band_limited_noise(rng, TIME.size, 1 / RATE, 600.0, (0.03, 4.5))

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from drillid.config.settings import SpectraSettings
+from drillid.config.settings import Settings, SpectraSettings
+from drillid.errors import EstimationError
 from drillid.spectra.stage import is_usual, usual_sweep
 from tests.simulated import RATE, WINDOW_S, Processed
 
@@ -72,6 +73,21 @@ def test_a_shorter_window_has_wider_errors_and_a_spectrogram_that_ends_earlier(
     ] == pytest.approx([0.4, 0.0], abs=0.05)
     error = fits["standard_error"].sel(parameter="inertia_td").values
     assert 1.1 < error[0] / error[1:].mean() < 2.5
+
+
+def test_a_spectrogram_has_segments_of_half_the_shortest_window_at_most(healthy: Processed, tmp_path: Path) -> None:
+    well = healthy.copied(tmp_path / "results")
+    well.run("spectra", settings=Settings(spectra=SpectraSettings(spectrogram_segment_s=2 * WINDOW_S)))
+    spectra = well.dataset("spectra", "spectra")
+    assert float(spectra["spectrogram_frequency"].diff("spectrogram_frequency")[0]) == pytest.approx(2 / WINDOW_S)
+    assert np.isfinite(spectra["speed_spectrogram"]).all()
+
+
+def test_a_band_without_lines_is_told(healthy: Processed, tmp_path: Path) -> None:
+    well = healthy.copied(tmp_path / "results")
+    settings = Settings(spectra=SpectraSettings(frequency_minimum_hz=21.0, frequency_maximum_hz=40.0))
+    with pytest.raises(EstimationError, match="no two lines lie between 21 and 20 Hz"):
+        well.run("spectra", settings=settings)
 
 
 def test_a_well_without_any_window_gets_no_spectra(healthy: Processed, tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from drillid.datasets.store import Problem, WellFolders
 from drillid.records import stage as records
 from drillid.windows import stage as windows
 from drillid.windows.channels import window_channels
+from drillid.windows.rig_state import _sweep_on
 from drillid.windows.segments import steady_parts, window_places
 from tests.raw_logs import RATE, RIG, START, drilling, save, standstill
 
@@ -52,6 +53,25 @@ def rows(table: pd.DataFrame) -> list[tuple[str, float, int, str]]:
 
 def at(seconds: float) -> pd.Timestamp:
     return START + pd.Timedelta(seconds=seconds)
+
+
+def test_a_sweep_that_is_on_for_a_small_part_of_a_log_is_told_from_a_flicker_at_rest() -> None:
+    rate, count = 10.0, 36_000
+    on = (np.arange(count) >= 20_000) & (np.arange(count) < 20_900)
+    sweep = np.where(on, 500 * np.sin(2 * np.pi * np.arange(count) / 37.0), 0.0)
+    sweep = np.round(sweep + np.random.default_rng(1).normal(0, 0.3, count))
+    # spikes are no sweep
+    sweep[[3000, 9000]] = 40_000.0
+    found = _sweep_on(sweep, np.zeros(count, dtype=bool), rate)
+    assert found[on].all()
+    assert np.count_nonzero(found & ~on) < 300
+
+
+def test_a_window_longer_than_a_block_is_read(tmp_path: Path) -> None:
+    samples = 300_000
+    records = xr.Dataset({name: ("time", np.zeros(samples, dtype=np.uint8)) for name in windows._OF_WINDOW})
+    ((block, place),) = windows._loaded(records, [(0, samples)])
+    assert (block[1].sizes["time"], place) == (samples, (0, samples))
 
 
 def test_a_stand_gives_as_many_windows_as_fit_and_the_connection_none(tmp_path: Path) -> None:

@@ -59,6 +59,17 @@ def test_without_any_fit_the_dataset_says_nothing(healthy: Processed) -> None:
     assert np.isnan(conformed["shared_value"]).all()
 
 
+def test_windows_whose_own_fits_are_refused_have_no_joint_fit(healthy: Processed) -> None:
+    """An error of the model that they have in common would be averaged as noise, to tight bands about a wrong value."""
+    fits = healthy.dataset("fits", "fits")
+    fits["accepted"] = xr.zeros_like(fits["accepted"])
+    count = fits.sizes["window"]
+    measured: list[Any] = [None] * count
+    refused, (problem,) = joint_dataset(measured, [], np.zeros(count), Prior.silent(), fits, Settings().fits)
+    assert refused["value"].isnull().all()
+    assert "no window's own fit is accepted" in problem.what
+
+
 def test_time_that_two_windows_hold_counts_once() -> None:
     begin = np.datetime64("2025-01-01T00:00", "ns") + np.array([0, 5, 20]) * np.timedelta64(60, "s")
     share = counted_once(begin, begin + np.timedelta64(600, "s"))
