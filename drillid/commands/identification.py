@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from drillid.commands.output import Json, check_files, faults_told, print_json, print_rows, records
+from drillid.commands.output import (
+    Json,
+    check_files,
+    check_output,
+    faults_told,
+    print_json,
+    print_rows,
+    records,
+    writing,
+)
 from drillid.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -51,14 +60,18 @@ def fit_logs(
     with faults_told():
         if plot is not None:
             check_format(plot)
+        for output in (plot, table):
+            check_output(output)
         identification = _identified(logs, rig, configuration)
         found = identification.verdicts if verdicts else None
         if plot is not None:
             from drillid.figures.layout import save
 
-            save(identification.draw("command_mobility_fitted"), plot, identification.settings.figures.dpi)
-    if table is not None:
-        identification.parameters.to_csv(table, index=False)
+            with writing(plot):
+                save(identification.draw("command_mobility_fitted"), plot, identification.settings.figures.dpi)
+        if table is not None:
+            with writing(table):
+                identification.parameters.to_csv(table, index=False)
     if as_json:
         content = {"parameters": identification.parameters, "problems": identification.problems}
         content |= {} if found is None else {"verdicts": found}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drillid.commands.output import Json, faults_told, print_json, print_rows
+from drillid.commands.output import Json, check_output, faults_told, print_json, print_rows, writing
 
 if TYPE_CHECKING:
     from drillid.inspection.contents import Contents
@@ -47,13 +47,14 @@ def inspect_logs(
     from drillid.inspection.inspect import inspect
 
     with faults_told():
+        check_output(output)
         stated = {"zone": zone, "format": time_format, "unit": unit, "start": start}
         clock = Clock.checked(stated, "options of inspect")
         settings = Settings.of_run(configuration) if configuration else Settings()
         found = inspect(logs, name, clock, LogFile(), settings)
-    if output is not None:
-        output.parent.mkdir(parents=True, exist_ok=True)
-        output.write_text(found.draft, encoding="utf-8")
+        if output is not None:
+            with writing(output):
+                output.write_text(found.draft, encoding="utf-8")
     if as_json:
         print_json(found.as_json())
         return

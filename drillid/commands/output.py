@@ -29,6 +29,30 @@ def faults_told() -> Iterator[None]:
         raise typer.Exit(1) from None
 
 
+@contextlib.contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Write a file that a user names, in a folder that need not be there.
+
+    Raises
+    ------
+    SettingsError
+        If it cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield
+    except OSError as error:
+        raise SettingsError(str(path), f"it cannot be written: {error}", "Give another path") from error
+
+
+def check_output(path: Path | None) -> None:
+    """Refuse a file that cannot be written, before anything is computed."""
+    if path is not None:
+        with writing(path):
+            if path.is_dir():
+                raise IsADirectoryError("it is a folder")
+
+
 def check_files(logs: Sequence[Path]) -> None:
     """Refuse logs that are not there, and folders that are no zarr store."""
     for log in logs:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drillid.commands.output import Json, faults_told, print_json
+from drillid.commands.output import Json, check_output, faults_told, print_json, writing
+from drillid.errors import SettingsError
 
 if TYPE_CHECKING:
     from drillid.config.settings import Settings
@@ -41,7 +42,9 @@ def draw_figure(
     figure: Annotated[str, typer.Argument(help="Name of a figure, such as parameters or evidence.")],
     output: Annotated[Path, typer.Option(help="PNG, SVG or PDF file.")],
     configfile: Configfile = DEFAULT_CONFIGURATION,
-    dpi: Annotated[int, typer.Option(help="Resolution of a PNG, and of the images in the other formats.")] = 300,
+    dpi: Annotated[
+        int, typer.Option(min=10, max=2400, help="Resolution of a PNG, and of the images in the other formats.")
+    ] = 300,
     heading: Annotated[bool, typer.Option(help="Well, title and caption above the panels.")] = True,
 ) -> None:
     """Draw a figure of a well with results, in the format and at the resolution that a publication asks for.
@@ -55,8 +58,10 @@ def draw_figure(
     from drillid.figures.stage import draw
 
     with faults_told():
+        check_output(output)
         results = stored_results(_settings(configfile), well)
-        save(draw(results, figure), output, dpi, heading=heading)
+        with writing(output):
+            save(draw(results, figure), output, dpi, heading=heading)
     typer.echo(output)
 
 
@@ -68,7 +73,6 @@ def write_pages(configfile: Configfile = DEFAULT_CONFIGURATION, as_json: Json = 
     Example: drillid report --configfile config/demo/config.yaml
     """
     from drillid.config.sheets import read_sheets
-    from drillid.errors import SettingsError
     from drillid.report.page import PAGES, write_report
 
     with faults_told():
@@ -101,7 +105,6 @@ def view_wells(
 
     Example: drillid view results/demo
     """
-    from drillid.errors import SettingsError
     from drillid.report.explorer import start, wells
 
     chosen = runs or [DEFAULT_CONFIGURATION]
@@ -109,7 +112,10 @@ def view_wells(
         known = wells({str(path): _settings(path) for path in chosen})
         if not known:
             raise SettingsError(", ".join(map(str, chosen)), "no well has results", "Run the workflow first")
-    server = start(known, port)
+        try:
+            server = start(known, port)
+        except OSError as error:
+            raise SettingsError(f"port {port}", str(error), "Give another --port, or 0 for any free one") from error
     typer.echo(f"http://localhost:{server.port}/ shows {len(known)} wells; press Ctrl-C to stop")
     if browser:
         server.show("/")

@@ -1,5 +1,6 @@
 """`drillid simulate`: rigs in time."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +11,15 @@ from drillid.commands.output import Json, faults_told, print_json
 simulations = typer.Typer(no_args_is_help=True, help="Simulate a rig in time.")
 
 
+def _finite(number: float) -> float:
+    if not math.isfinite(number):
+        raise typer.BadParameter("it is not a finite number")
+    return number
+
+
+Depth = Annotated[float, typer.Option(callback=_finite, help="Depth of the bit along the hole, m.")]
+
+
 @simulations.callback()
 def _simulations() -> None:
     """Simulate a rig in time."""
@@ -18,7 +28,7 @@ def _simulations() -> None:
 @simulations.command("start-up")
 def simulate_start_up(
     well: Annotated[Path, typer.Argument(help="YAML description of top drive, string, mud and friction.")],
-    depth: Annotated[float, typer.Option(help="Depth of the bit along the hole, m.")],
+    depth: Depth,
     survey: Annotated[
         Path, typer.Option(help="CSV with depth_m, inclination_deg and, where the hole turns, azimuth_deg.")
     ],
@@ -65,7 +75,7 @@ def fit_start_up(
             "bit_rpm_max_measured."
         ),
     ],
-    depth: Annotated[float, typer.Option(help="Depth of the bit along the hole, m.")],
+    depth: Depth,
     survey: Annotated[
         Path, typer.Option(help="CSV with depth_m, inclination_deg and, where the hole turns, azimuth_deg.")
     ],

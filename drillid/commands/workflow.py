@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from drillid.commands.output import Json, faults_told, print_json, print_rows
+from drillid.commands.output import Json, faults_told, print_json, print_rows, writing
 
 if TYPE_CHECKING:
     from drillid.config.settings import Settings
@@ -78,7 +78,7 @@ def write_example(
     """
     from drillid.fleet.installation import write_example as write
 
-    with faults_told():
+    with faults_told(), writing(folder / "config"):
         written = write(folder)
     typer.echo(
         "".join(f"written: {path}\n" for path in written) + "Describe each rig in config/rigs/<rig>.yaml", nl=True

@@ -146,9 +146,15 @@ DEPTH = DatasetSchema(
                 "speed below which a bit of the stated torque per weight sticks and slips; infinite where it does at "
                 "every speed",
             ),
+            present_proportional=("N m s rad-1", "proportional gain of the identified speed control"),
+            present_integral=("N m rad-1", "integral gain of the identified speed control"),
             tuned_proportional=("N m s rad-1", "proportional gain of the speed control with the least bit vibration"),
             tuned_integral=("N m rad-1", "integral gain of the speed control with the least bit vibration"),
-            tuned_vibration=("1", "largest bit mobility with these gains, relative to that with the present gains"),
+            tuned_vibration=(
+                "1",
+                "largest bit mobility with these gains, relative to that with the present gains; 0 where these are "
+                "unstable",
+            ),
         ),
         **{
             f"{name}_at_bound": Variable(

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 VARIABLES = (
     *("critical_slope", "critical_frequency", "lowest_stable_speed"),
+    *("present_proportional", "present_integral"),
     *("tuned_proportional", "tuned_integral", "tuned_vibration"),
 )
 
@@ -41,9 +42,14 @@ def speed_control(
     rock = Cutting(settings.bit_torque_slow_m, settings.bit_torque_fast_m, Weakening(settings.bit_torque_rpm * RPM))
     values = {name: np.full(weight.size, np.nan) for name in VARIABLES}
     for row, (own, shared) in enumerate(zip(models, joint, strict=True)):
-        stability = {} if own is None else _stability(first_sample(own.continuous_system), rock, float(weight[row]))
-        tuned = {} if shared is None else _settings(first_sample(shared.continuous_system))
-        for name, value in (stability | tuned).items():
+        found: dict[str, float] = {}
+        if own is not None:
+            system = first_sample(own.continuous_system)
+            found |= _stability(system, rock, float(weight[row])) | _present(system)
+        if shared is not None:
+            system = first_sample(shared.continuous_system)
+            found |= _present(system) | _settings(system)
+        for name, value in found.items():
             values[name][row] = value
     return values
 
@@ -78,6 +84,12 @@ def _stability(system: DrillingSystem, rock: Cutting, weight: float) -> dict[str
         except EstimationError:
             stability["lowest_stable_speed"] = np.inf
     return stability
+
+
+def _present(system: DrillingSystem) -> dict[str, float]:
+    """Gains of the model, with what is named of the speed control."""
+    controller = system.top_drive.controller
+    return {"present_proportional": controller.proportional, "present_integral": controller.integral}
 
 
 def _settings(system: DrillingSystem) -> dict[str, float]:

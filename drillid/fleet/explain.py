@@ -139,6 +139,8 @@ def stages_behind(path: Path) -> dict[str, dict[str, Any]]:
 
 
 def _place(path: Path) -> tuple[Path, str, str]:
+    if not path.exists():
+        raise SettingsError(str(path), "does not exist", "Correct its path")
     for folder in (path, *path.parents):
         if folder.parent.name in ALL_STAGES and (folder / "problems.csv").exists():
             return folder.parent.parent, folder.parent.name, folder.name
@@ -160,7 +162,9 @@ def _of_stage(name: str, content: dict[str, Any]) -> list[str]:
     lines += [f"  sheet     {name}: {json.dumps(value)}" for name, value in content.get("stated", {}).items()]
     if content["rig"]:
         lines.append(f"  rig       {', '.join(stage.rig)}: {content['rig']}")
-    lines += [f"  log       {path}: sha256 {digest}" for path, digest in content.get("inputs", {}).items()]
+    for path, checksum in content.get("inputs", {}).items():
+        kind = "described" if Path(path).suffix == ".yaml" else "log      "
+        lines.append(f"  {kind} {path}: sha256 {checksum}")
     lines += [f"  from      {upstream}: key {key}" for upstream, key in content.get("upstream", {}).items()]
     if content.get("versions"):
         lines.append("  versions  " + ", ".join(f"{name} {version}" for name, version in content["versions"].items()))

@@ -248,7 +248,7 @@ def _of_one_system(found: dict[Channel, ChannelGuess]) -> dict[Channel, ChannelG
     told = [
         {_is_oilfield(unit, name) for unit in (guess.unit, *guess.others)}
         for name, guess in found.items()
-        if name not in torque + list(WITHOUT_UNIT)
+        if name not in WITHOUT_UNIT and not (name in torque and guess.guessed)
     ]
     systems = [oilfield for (oilfield,) in (each for each in told if len(each) == 1)]
     oilfield = 2 * sum(systems) > len(systems)
@@ -279,7 +279,8 @@ def _without_unit(name: str, stated: str) -> tuple[str, str]:
 def _guess(name: Channel, column: str, unit: str, level: float) -> ChannelGuess | None:
     """A column as a channel in its unit, or in one that fits its size; None where its unit is of another kind."""
     if not unit:
-        first, *others = fitting_units(name, level) or [CHANNEL_UNITS[name]]
+        oilfield = _OILFIELD.get(CHANNEL_UNITS[name], ())
+        first, *others = fitting_units(name, level, more=oilfield) or [CHANNEL_UNITS[name]]
         return ChannelGuess(column, first, guessed=True, others=tuple(others))
     try:
         to_si_factor(unit, CHANNEL_UNITS[name])

@@ -8,7 +8,7 @@ possible, outside of which it is refused, since either channel may be the wrong 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -349,11 +349,16 @@ def likely_unit(name: Channel, level: float, besides: str = "") -> tuple[str, fl
     return next(iter(fitting_units(name, level, besides).items()), None)
 
 
-def fitting_units(name: Channel, level: float, besides: str = "") -> dict[str, float]:
-    """Units, other than `besides`, in which a channel has a usual level, with that level in SI; the likeliest first."""
+def fitting_units(name: Channel, level: float, besides: str = "", more: Sequence[str] = ()) -> dict[str, float]:
+    """Units, other than `besides`, in which a channel has a usual level, with that level in SI; the likeliest first.
+
+    Parameters
+    ----------
+    more : units beside those in which most logs hold such a quantity
+    """
     si, bounds = CHANNEL_UNITS[name], RANGES[name]
     excluded = to_si_factor(besides, si) if besides else None
-    factors = {unit: to_si_factor(unit, si) for unit in _UNITS[si]}
+    factors = {unit: to_si_factor(unit, si) for unit in (*_UNITS[si], *more)}
     usual = {
         unit: level * factor
         for unit, factor in factors.items()

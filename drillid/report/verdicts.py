@@ -78,15 +78,16 @@ class Prediction:
         moved = (
             f"It changes the predicted speed of the top drive by {change} rpm. " if self.change == self.change else ""
         )
-        known = f" the noise is {noise} rpm" if self.noise == self.noise else ""
-        if self.extended < _FALLS * self.base:
-            return Markup("{}In a held-out window the error of the predicted speed falls from {} to {} rpm{}.").format(
-                moved, base, extended, known and f";{known}"
-            )
-        rises = self.base < _FALLS * self.extended
-        error = Markup("rises from {} to {}").format(base, extended) if rises else Markup("stays at {}").format(base)
-        return Markup("{}A single held-out window does not show it: the error {} rpm{}.").format(
-            moved, error, known and f",{known}"
+        known = f"; the noise is {noise} rpm" if self.noise == self.noise else ""
+        is_hidden = self.extended >= _FALLS * self.base and self.noise > self.base / 2
+        verb = "falls" if self.extended < self.base else "rises"
+        error = (
+            Markup("stays at {}").format(base)
+            if base == extended
+            else Markup(f"{verb} from {{}} to {{}}").format(base, extended)
+        )
+        return Markup("{}In a held-out window the error of the predicted speed {} rpm{}{}.").format(
+            moved, error, known, ", which hides the cause there" if is_hidden else ""
         )
 
 

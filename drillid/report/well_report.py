@@ -60,7 +60,7 @@ class ControlAdvice:
     proportional: float
     integral: float
     vibration: float
-    """Largest bit mobility with the advised settings per that with the present ones."""
+    """Largest bit mobility with the advised settings per that with the present ones; 0 where these are unstable."""
 
 
 @dataclass(frozen=True)
@@ -176,14 +176,13 @@ def well_report(folders: WellFolders, listing: Listing, problems: pd.DataFrame) 
     verdicts, sets = read_verdict_texts(folders)
     depth = folders.read("depth", "depth").drop_dims(["frequency", "lag"]).load()
     speed = folders.read("windows", "windows")["speed"].values
-    gains = folders.read("fits", "fits")["gain_value"].values
     return WellReport(
         rig=rig.name,
         identified=identified(folders, rig),
         verdicts=verdicts,
         sets=sets,
         stick_slip=stick_slip(depth, speed),
-        control=control_advice(depth, gains),
+        control=control_advice(depth),
         **common,
     )
 
@@ -212,15 +211,10 @@ def stick_slip(depth: xr.Dataset, speed: Floats) -> StickSlip | None:
     )
 
 
-def control_advice(depth: xr.Dataset, present: Floats) -> tuple[ControlAdvice, ...]:
-    """Settings at the depths at which they were sought.
-
-    Parameters
-    ----------
-    present : proportional and integral gain of each window, SI, shape (depth, 2)
-    """
+def control_advice(depth: xr.Dataset) -> tuple[ControlAdvice, ...]:
+    """Settings at the depths at which they were sought."""
     rows = np.flatnonzero(np.isfinite(depth["tuned_proportional"].values))
     rows = rows[np.argsort(depth["depth"].values[rows], kind="stable")]
-    tuned = (depth[f"tuned_{name}"].values[rows] for name in ("proportional", "integral", "vibration"))
-    columns = (depth["depth"].values[rows], *present[rows].T, *tuned)
+    names = [*(f"present_{gain}" for gain in ("proportional", "integral")), "tuned_proportional", "tuned_integral"]
+    columns = (depth[name].values[rows] for name in ("depth", *names, "tuned_vibration"))
     return tuple(ControlAdvice(*map(float, row)) for row in zip(*columns, strict=True))

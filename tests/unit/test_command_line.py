@@ -79,6 +79,35 @@ def test_a_speed_that_cannot_be_followed_is_refused(content: str, said: str, sur
     assert said in told
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["init", "README.md"], "it cannot be written"),
+        (["inspect", "README.md", "--output", "config"], "config: it cannot be written: it is a folder"),
+        (["inspect", "README.md", "--output", "README.md/x.yaml"], "it cannot be written"),
+        (["draw", "D01", "parameters", "--output", "config"], "config: it cannot be written: it is a folder"),
+        (["draw", "D01", "parameters", "--output", "p.png", "--dpi", "0"], "0 is not in the"),
+    ],
+)
+def test_outputs_that_cannot_be_are_refused(words: list[str], said: str) -> None:
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code in (1, 2)
+    assert isinstance(result.exception, SystemExit)
+    assert said in " ".join(result.stderr.replace("│", " ").split())
+
+
+def test_a_port_that_is_taken_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object) -> None:
+        raise OSError(98, "Address already in use")
+
+    monkeypatch.setattr("drillid.report.explorer.start", refused)
+    monkeypatch.setattr("drillid.report.explorer.wells", lambda _: {"W1": None})
+    monkeypatch.setattr("drillid.commands.results._settings", lambda _: None)
+    result = CliRunner().invoke(app, ["view", "results", "--port", "8080", "--no-browser"])
+    assert result.exit_code == 1
+    assert "port 8080: [Errno 98] Address already in use. Give another --port" in result.stderr
+
+
 def test_depths_and_files_that_cannot_be_are_refused(survey: Path, tmp_path: Path) -> None:
     assert call("--depth", 100, "--survey", survey)[0] == 1
     code, _, told = call("--depth", 5000, "--survey", survey)
@@ -88,6 +117,7 @@ def test_depths_and_files_that_cannot_be_are_refused(survey: Path, tmp_path: Pat
     assert code == 1
     assert "none.csv" in told
     assert call("--survey", survey)[0] == 2
+    assert call("--depth", "nan", "--survey", survey)[0] == 2
 
 
 def test_every_command_has_help_with_an_example() -> None:
@@ -122,6 +152,8 @@ def test_the_version_is_printed() -> None:
         (["none.csv"], "none.csv: does not exist. Correct its path"),
         (["."], ".: is a folder, not a log file. Name the files in it"),
         (["README.md", "--plot", "mobility.bmp"], "mobility.bmp: is not a figure file. End its name in one of"),
+        (["README.md", "--plot", "README.md/mobility.png"], "README.md/mobility.png: it cannot be written"),
+        (["README.md", "--table", "config"], "config: it cannot be written: it is a folder. Give another path"),
     ],
 )
 def test_what_a_fit_cannot_use_is_refused_before_anything_is_computed(words: list[str], said: str) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from drillid.arrays import Floats
+from drillid.config.folders import folder_of
 from drillid.datasets.store import WellFolders
 from drillid.discrepancy.products.extended_model import simulated_rigs
 from drillid.errors import LogError, SettingsError
@@ -72,6 +73,8 @@ def simulated_window(results: Path, well: str, window: int) -> SimulatedWindow:
         If the well or the window was not examined, or what was found has no simulation in time.
     """
     folders = WellFolders(results, well)
+    if not folders.has("discrepancy", "examination"):
+        folders = WellFolders(results, folder_of(well), name=well)
     if not folders.has("discrepancy", "examination"):
         raise SettingsError(
             f"{results}, well {well}",

@@ -208,7 +208,7 @@ def _detection_verdict(
         predictive_gain_low=gain.low,
         predictive_gain_high=gain.high,
         held_out_windows=gain.windows,
-        what_would_separate=separator(members),
+        what_would_separate=separator(members, evidence),
         evidence_nats=class_evidence({name: own_evidence[name] for name in members}, base_rates),
         evidence=f"a detection of its own in the record, p-value {detection.p_value:.2g} where it is absent",
     )

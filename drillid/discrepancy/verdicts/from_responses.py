@@ -165,7 +165,7 @@ def _linear_verdict(
         predictive_gain_low=gain.low,
         predictive_gain_high=gain.high,
         held_out_windows=gain.windows,
-        what_would_separate=separator(members),
+        what_would_separate=separator(members, evidence),
         evidence_nats=class_evidence({name: own_evidence[name] for name in members}, result.base_rates),
         evidence=f"linear responses, log Bayes factor {own:.1f}",
     )

@@ -9,6 +9,7 @@ from scipy.special import logsumexp
 from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection
+from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.search import FittedCause
 from drillid.discrepancy.rules import CLASS_MASS, DISTINCT
 from drillid.discrepancy.verdicts.verdict import UNKNOWN
@@ -91,8 +92,22 @@ def class_name(members: Sequence[str]) -> str:
     return "|".join(sorted(members))
 
 
-def separator(members: Sequence[str], catalogue: dict[str, Cause] | None = None) -> str:
-    """Measurements that would distinguish the members of a class, or a cause from those that look like it."""
-    causes = catalogue or CATALOGUE
-    measurements = dict.fromkeys(causes[name].separated_by for name in members if name in causes)
-    return "; ".join(measurements)
+def separator(members: Sequence[str], evidence: Evidence) -> str:
+    """Measurements that would distinguish the members of a class, or a cause from those that look like it, less those
+    that the evidence has.
+    """
+    measurements = dict.fromkeys(CATALOGUE[name].separated_by for name in members if name in CATALOGUE)
+    return "; ".join(filter(None, (_lacking(each, evidence) for each in measurements)))
+
+
+def _lacking(measurement: str, evidence: Evidence) -> str:
+    """One of the measurements without alternatives that the evidence has."""
+    stated = {
+        "the logged torque command": evidence.control is not None,
+        "the top drive's inertia": bool(np.isfinite(evidence.data_sheet.inertia_td_error)),
+    }
+    alternatives = []
+    for alternative in measurement.split(", or "):
+        parts = [part for part in alternative.split(" together with ") if not stated.get(part, False)]
+        alternatives += [" together with ".join(parts)] if parts else []
+    return ", or ".join(alternatives)

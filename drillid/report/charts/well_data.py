@@ -121,14 +121,12 @@ def coherence(results: WellResults) -> Floats:
 def control_columns(results: WellResults) -> dict[str, Floats]:
     """Gains with the least bit vibration and the present ones, in order of depth."""
     rows = in_order(results)
-    depth, present = results.depth.isel(depth=rows), results.fits["gain_value"].values[rows]
-    columns = {
-        "tuned_proportional": metric(depth["tuned_proportional"].values, "proportional"),
-        "tuned_integral": metric(depth["tuned_integral"].values, "integral"),
+    depth = results.depth.isel(depth=rows)
+    return {
+        f"{state}_{gain}": metric(depth[f"{state}_{gain}"].values, gain)
+        for state in ("tuned", "present")
+        for gain in ("proportional", "integral")
     }
-    for gain, values in zip(("proportional", "integral"), present.T, strict=True):
-        columns[f"present_{gain}"] = metric(values, gain)
-    return columns
 
 
 def state_shares(results: WellResults) -> dict[str, Floats]:

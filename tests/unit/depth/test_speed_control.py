@@ -93,3 +93,10 @@ def test_a_control_that_is_unstable_without_the_rock_has_no_stable_speed() -> No
 def test_a_bit_whose_torque_rises_with_speed_is_refused() -> None:
     with pytest.raises(SettingsError, match="above the torque at standstill"):
         DepthSettings.checked({"bit_torque_fast_m": 0.1}, "test")
+
+
+def test_present_gains_are_those_of_the_model_with_what_is_named() -> None:
+    stronger = MODEL.with_controller(proportional=2 * MODEL.system.top_drive.controller.proportional)
+    values = speed_control([MODEL, None, stronger], [None, None, stronger], np.full(3, 1e5), DepthSettings())
+    stated = MODEL.system.top_drive.controller.proportional
+    assert values["present_proportional"] == pytest.approx([stated, np.nan, 2 * stated], nan_ok=True)

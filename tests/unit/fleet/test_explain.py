@@ -48,6 +48,11 @@ def test_anything_else_is_refused(tmp_path: Path) -> None:
         explain(tmp_path)
 
 
+def test_what_does_not_exist_is_not_explained(tmp_path: Path) -> None:
+    with pytest.raises(SettingsError, match="does not exist"):
+        explain(tmp_path / "results/records/W1/recrods.zarr")
+
+
 def test_a_log_is_read_again_only_where_its_state_has_changed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log, new = tmp_path / "log.csv", tmp_path / "new.csv"
     for path in (log, new):

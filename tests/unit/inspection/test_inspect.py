@@ -103,6 +103,18 @@ def test_torques_without_unit_are_in_the_system_of_the_other_channels(
     assert line.endswith(f"check the unit: the file states none, this one fits the size, and so would {other}")
 
 
+@pytest.mark.parametrize("sweep", ["Injected", "Injected [kft-lbf]"])
+def test_torques_in_thousands_of_foot_pounds_are_told_by_the_other_channels(tmp_path: Path, sweep: str) -> None:
+    log = drilling(30)
+    log[["TQ", "SWEEP"]] /= 1.3558
+    names = {"TQ": "Torque", "SWEEP": sweep, "SET": "RPM Setpoint", "HOLE": "Hole Depth (ft)", "BIT": "Bit Depth (ft)"}
+    draft = inspected(save(log.rename(columns=names), tmp_path / "log.csv")).draft
+    drafted = yaml.safe_load(draft)["channels"]
+    assert (drafted["torque_command"]["unit"], drafted["torque_sweep"]["unit"]) == ("kft-lbf", "kft-lbf")
+    line = next(line for line in draft.splitlines() if "torque_command" in line)
+    assert "and so would kN m" in line
+
+
 def test_units_at_the_end_of_names_are_taken(tmp_path: Path) -> None:
     names = {"TQ": "TQ_CMD_kNm", "SWEEP": "TQ_INJ_kNm", "SET": "RPM_SET", "HOLE": "DMEA_ft"}
     names |= {"BIT": "DBTM_ft", "FLOW": "FLOW_lpm"}

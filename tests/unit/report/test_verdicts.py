@@ -109,14 +109,20 @@ def test_numbers_have_their_intervals_and_the_gain_is_in_rpm_first() -> None:
 def test_an_error_that_noise_hides_is_not_told_as_a_gain() -> None:
     noisy = replace(SET, prediction=Prediction(0.605, 0.611, 0.61, 0.1))
     assert (
-        "does not show it: the error stays at 0.60 rpm, the noise is 0.61 rpm" in verdict_text(row(LAG), [noisy]).gain
+        "speed rises from 0.60 to 0.61 rpm; the noise is 0.61 rpm, which hides the cause there."
+        in verdict_text(row(LAG), [noisy]).gain
     )
 
 
 def test_an_error_that_rises_is_not_told_to_stay() -> None:
     worse = replace(SET, prediction=Prediction(0.20, 0.35, 0.1, 0.3))
     said = verdict_text(row(LAG), [worse]).gain
-    assert "does not show it: the error rises from 0.20 to 0.35 rpm, the noise is 0.10 rpm" in said
+    assert "speed rises from 0.20 to 0.35 rpm; the noise is 0.10 rpm." in said
+    told = replace(SET, prediction=Prediction(0.5609, 0.5502, 0.6416, 0.078))
+    assert (
+        "speed falls from 0.561 to 0.550 rpm; the noise is 0.642 rpm, which hides"
+        in verdict_text(row(LAG), [told]).gain
+    )
 
 
 def test_doubt_is_stated() -> None:
