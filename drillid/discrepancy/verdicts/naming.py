@@ -92,20 +92,25 @@ def class_name(members: Sequence[str]) -> str:
     return "|".join(sorted(members))
 
 
-def separator(members: Sequence[str], evidence: Evidence) -> str:
+def separator(members: Sequence[str], evidence: Evidence | None = None) -> str:
     """Measurements that would distinguish the members of a class, or a cause from those that look like it, less those
     that the evidence has.
     """
     measurements = dict.fromkeys(CATALOGUE[name].separated_by for name in members if name in CATALOGUE)
-    return "; ".join(filter(None, (_lacking(each, evidence) for each in measurements)))
+    stated = {} if evidence is None else _stated(evidence)
+    return "; ".join(filter(None, (_lacking(each, stated) for each in measurements)))
 
 
-def _lacking(measurement: str, evidence: Evidence) -> str:
-    """One of the measurements without alternatives that the evidence has."""
-    stated = {
+def _stated(evidence: Evidence) -> dict[str, bool]:
+    """Which of the measurements that a well may have the evidence has."""
+    return {
         "the logged torque command": evidence.control is not None,
         "the top drive's inertia": bool(np.isfinite(evidence.data_sheet.inertia_td_error)),
     }
+
+
+def _lacking(measurement: str, stated: Mapping[str, bool]) -> str:
+    """One of the measurements without alternatives that are stated."""
     alternatives = []
     for alternative in measurement.split(", or "):
         parts = [part for part in alternative.split(" together with ") if not stated.get(part, False)]

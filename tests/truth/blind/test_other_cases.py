@@ -57,7 +57,7 @@ def test_an_effect_changes_its_window_more_the_larger_it_is(case: Case, name: st
 
 @pytest.mark.parametrize("name", ["resonant_drive", "notch_in_control"])
 def test_effects_without_a_name_are_drawn_as_large_as_said_and_grow_with_their_size(name: str) -> None:
-    drawn, generator = plain_case(62005, 2)
+    drawn, generator = plain_case(62005, 1)
     hidden, ideal = sized(drawn, name, generator, (10.0, 30.0)), ideal_of(drawn)
     half, whole = (np.sqrt(ideal.noncentrality((replace(hidden, size=hidden.size * by),))) for by in (0.5, 1.0))
     assert 9 < whole < 33

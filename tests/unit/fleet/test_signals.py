@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+from collections.abc import Iterator
 
 import pytest
 
@@ -17,17 +18,16 @@ def supervised(seconds: float) -> int:
     return _supervised([sys.executable, "-c", TOLD, str(os.getpid()), str(seconds)], dict(os.environ))
 
 
-def test_a_terminal_that_hangs_up_ends_a_run() -> None:
-    assert supervised(30.0) == 128 + signal.SIGHUP
+@pytest.fixture(params=[signal.SIG_DFL, signal.SIG_IGN])
+def heeded(request: pytest.FixtureRequest) -> Iterator[bool]:
+    """Whether hang-ups are heeded, as they are but under nohup."""
+    before = signal.signal(signal.SIGHUP, request.param)
+    yield request.param is signal.SIG_DFL
+    assert signal.signal(signal.SIGHUP, before) is request.param
 
 
-def test_a_run_under_nohup_goes_on() -> None:
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        assert supervised(0.3) == 0
-        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
-    finally:
-        signal.signal(signal.SIGHUP, before)
+def test_a_terminal_that_hangs_up_ends_a_run_but_under_nohup(heeded: bool) -> None:
+    assert supervised(30.0 if heeded else 0.3) == (128 + signal.SIGHUP if heeded else 0)
 
 
 def test_a_process_is_the_same_after_the_clock_was_set(monkeypatch: pytest.MonkeyPatch) -> None:
