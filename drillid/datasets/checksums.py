@@ -92,27 +92,15 @@ def _stored(path: Path) -> dict[str, str]:
     return content
 
 
-def check_file(path: Path, stage: str) -> None:
-    """Compare a file of its own with its checksum, if one was written.
-
-    Raises
-    ------
-    DamageError
-        If it is missing or has changed.
-    """
-    for name, expected in read_checksums(path, stage).items():
-        file = path.with_name(name)
-        compare(file, file.read_bytes() if file.is_file() else None, expected, stage)
-
-
 def check(path: Path, stage: str) -> None:
-    """Compare every file of a store with its checksum.
+    """Compare every file of a store, or a table, with its checksum, if one was written.
 
     Raises
     ------
     DamageError
         If one is missing or has changed.
     """
+    folder = path.parent if path.suffix == ".csv" else path
     for name, expected in read_checksums(path, stage).items():
-        file = path / name
+        file = folder / name
         compare(file, file.read_bytes() if file.is_file() else None, expected, stage)

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from drillid.datasets.checksums import SUFFIX, check_file, checksum, stamps, write_checksums, write_listing
+from drillid.datasets.checksums import SUFFIX, check, checksum, stamps, write_checksums, write_listing
 from drillid.datasets.registry import DATASETS, PROBLEM_COLUMNS
 from drillid.datasets.tables import read_table, write_table
 from drillid.errors import DrillidError, is_of_machine
@@ -186,7 +186,7 @@ class WellFolders:
             If it is missing or has changed since.
         """
         path = self.stage(stage) / f"{name}.csv"
-        check_file(path, stage)
+        check(path, stage)
         return read_table(path, **options)
 
 

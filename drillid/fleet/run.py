@@ -23,7 +23,7 @@ import pandas as pd
 from drillid.config.listing import Listing
 from drillid.config.settings import Settings
 from drillid.config.sheets import read_sheets, read_start_ups
-from drillid.datasets.checksums import check, check_file
+from drillid.datasets.checksums import check
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import Problem, WellFolders, problems_table
 from drillid.datasets.tables import read_table, write_table
@@ -196,10 +196,8 @@ def drop_damaged(results: Path, wells: Sequence[str]) -> None:
     for well, stage in itertools.product(wells, _REPORTED):
         folders = WellFolders(results, well)
         try:
-            for store in sorted(folders.stage(stage).glob("*.zarr")):
-                check(store, stage)
-            for table in sorted(folders.stage(stage).glob("*.csv")):
-                check_file(table, stage)
+            for made in sorted([*folders.stage(stage).glob("*.zarr"), *folders.stage(stage).glob("*.csv")]):
+                check(made, stage)
         except DamageError as error:
             name = stored_name(folders)
             clear(folders, stage)
