@@ -142,6 +142,8 @@ def test_damaged_records_are_made_again_by_the_next_run(fleet: Path) -> None:
 
 def test_a_log_without_permission_is_told_as_such(tmp_path: Path) -> None:
     log = save(WELL[:100], tmp_path / "log.csv")
+    # loads what another user may not be allowed to
+    read_log(log, "Time", ["RPM"])
     log.chmod(0)
     tmp_path.chmod(0o755)
     user = os.geteuid()
