@@ -1,7 +1,9 @@
 """The error classes: every message names the place, the fault and the remedy."""
 
+import contextlib
 import errno
 import traceback
+from collections.abc import Iterator
 from pathlib import Path
 
 _LIBRARY = Path(__file__).resolve().parent
@@ -84,3 +86,19 @@ class EstimationError(DrillidError):
 
 class UnstableControlError(EstimationError):
     """A speed control that is unstable by itself, so that no estimate of a limit of its stability exists."""
+
+
+@contextlib.contextmanager
+def writing(path: Path, given: str = "path", fault: type[DrillidError] = SettingsError) -> Iterator[None]:
+    """Write a file that a user names, in a folder that need not be there.
+
+    Parameters
+    ----------
+    given : what the user is to give another one of
+    fault : raised if it cannot be written
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield
+    except OSError as error:
+        raise fault(str(path), f"it cannot be written: {error}", f"Give another {given}") from error

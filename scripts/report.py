@@ -10,22 +10,15 @@ def write(config: dict[str, Any], wells: list[str], made_from: str, snakefile: s
     """Write all pages."""
     from drillid.config.settings import Settings
     from drillid.depth.changes import mark_reported
-    from drillid.errors import DamageError
     from drillid.fleet.crate import write_crate
     from drillid.fleet.manifest import note_made_from
-    from drillid.fleet.run import drop_damaged, logged
+    from drillid.fleet.run import damage_dropped, logged
     from drillid.report.page import write_report
 
     settings = Settings.checked(config, "configuration")
     results = Path(settings.results)
-    with logged(log) as logger:
-        try:
-            pages = write_report(settings, results, wells)
-        except DamageError:
-            # the next run makes it again
-            drop_damaged(results, wells)
-            raise
-        for well, spent in pages.items():
+    with logged(log) as logger, damage_dropped(results, wells):
+        for well, spent in write_report(settings, results, wells).items():
             logger.info("%s: page, %.2f s of one core", well, spent)
         mark_reported(results)
         write_crate(settings, results, wells, Path(snakefile))

@@ -17,9 +17,8 @@ from drillid.commands.output import (
     print_json,
     print_rows,
     records,
-    writing,
 )
-from drillid.errors import SettingsError
+from drillid.errors import SettingsError, writing
 
 if TYPE_CHECKING:
     from drillid.identification import Identification

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drillid.commands.output import Json, check_output, faults_told, print_json, print_rows, writing
+from drillid.commands.output import Json, check_output, faults_told, print_json, print_rows
+from drillid.errors import writing
 
 if TYPE_CHECKING:
     from drillid.inspection.contents import Contents

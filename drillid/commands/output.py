@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from drillid.errors import DrillidError, SettingsError
+from drillid.errors import DrillidError, SettingsError, writing
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,22 +27,6 @@ def faults_told() -> Iterator[None]:
     except DrillidError as error:
         typer.echo(f"drillid: {error}", err=True)
         raise typer.Exit(1) from None
-
-
-@contextlib.contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Write a file that a user names, in a folder that need not be there.
-
-    Raises
-    ------
-    SettingsError
-        If it cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        yield
-    except OSError as error:
-        raise SettingsError(str(path), f"it cannot be written: {error}", "Give another path") from error
 
 
 def check_output(path: Path | None) -> None:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drillid.commands.output import Json, check_output, faults_told, print_json, writing
-from drillid.errors import SettingsError
+from drillid.commands.output import Json, check_output, faults_told, print_json
+from drillid.errors import SettingsError, writing
 
 if TYPE_CHECKING:
     from drillid.config.settings import Settings

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from drillid.commands.output import Json, faults_told, print_json, print_rows, writing
+from drillid.commands.output import Json, faults_told, print_json, print_rows
+from drillid.errors import writing
 
 if TYPE_CHECKING:
     from drillid.config.settings import Settings

@@ -6,7 +6,7 @@ average out over wells. Each well may also deviate from its rig a little.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,6 +69,11 @@ class Wells:
         """(rigs, R) precision of the data sheets."""
         self._row = [self.names.index(each.well) for each in sets]
         self._weight = [_weight(each, float(windows[rig_of[each.well]])) for each in sets]
+
+    def of(self, names: Iterable[str]) -> Wells:
+        """Some of them, by their names."""
+        kept = set(names)
+        return Wells([each for each in self.sets if each.well in kept])
 
     def at(self, candidate: int, size: Floats) -> Quadratic:
         """The wells with a cause at sizes (G,), with each well's deviation from its rig integrated out.

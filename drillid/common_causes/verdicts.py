@@ -120,27 +120,28 @@ def judge(
     own : verdicts of the wells
     error_rate : probability that a group without any cause gets a verdict other than none
     """
-    wells = list(dict.fromkeys(each.well for each in sets))
-    lone, alone = dict[str, CommonCause](), dict[str, float]()
+    group = Wells(sets)
+    left, lone, alone = group.names, dict[str, CommonCause](), dict[str, float]()
     while True:
-        kept = [each for each in sets if each.well not in lone]
-        found, p_value = _judged_causes(shared, kept)
+        found, p_value = _judged_causes(shared, group)
         first, best = (max(found, key=attrgetter(answer)) for answer in ("one_well", "shared"))
         if first.one_well < max(np.log(len(found) / error_rate), best.shared):
             break
-        outlier = [well for well in wells if well not in lone][int(np.argmax(first.alone))]
+        outlier = left[int(np.argmax(first.alone))]
         lone[outlier], alone[outlier] = first, float(first.alone.max())
-        if len(wells) - len(lone) == 1:
+        left = tuple(well for well in left if well != outlier)
+        if len(left) == 1:
             break
+        group = group.of(left)
     is_common = p_value < error_rate and first.one_well < best.shared
     members = _members(found) if is_common else ()
     named = [cause for cause in found if cause.extension.cause.name in members]
     refused, within = [each for each in named if each.at_bound], [each for each in named if not each.at_bound]
     # a class has the size of its likeliest member within the range compared; without one nothing is named
     members, best = (members, max(within, key=lambda cause: cause.shared)) if within else ((), best)
-    left = [well for well in wells if well not in lone]
-    sharing = [_sharing(shared, name, well, best, kept, error_rate / len(left)) for well in left] if members else []
-    shown = sum(standing.standing != ABSENT for standing in sharing)
+    named_wells = left if members else ()
+    sharing = {well: _sharing(shared, name, well, best, group, error_rate / len(left)) for well in named_wells}
+    shown = sum(each.standing != ABSENT for each in sharing.values())
     verdict = _verdict(shared, name, found, best, members, p_value, (len(left), shown), base_rates)
     rows = [
         Standing(
@@ -150,19 +151,19 @@ def judge(
         for well, cause in lone.items()
     ]  # fmt: skip
     rows += [_refused(shared, name, cause) for cause in refused]
-    for row, well in enumerate(left):
-        rows += sharing[row : row + 1]
+    for well in left:
+        rows += [sharing[well]] if well in sharing else []
         for stated in own.get(well, ()):
             if not set(stated.members) & set(members):
-                rows += _beside_sisters(shared, name, well, stated, found, kept)
+                rows += _beside_sisters(shared, name, well, stated, found, group)
     return Judged(verdict, tuple(rows))
 
 
-def _judged_causes(shared: str, sets: Sequence[SetStatistics]) -> tuple[list[CommonCause], float]:
+def _judged_causes(shared: str, group: Wells) -> tuple[list[CommonCause], float]:
     """Every candidate over the wells, and the p-value of the likeliest."""
-    every, wells, numbers = shared_candidates(), Wells(sets), candidates_of(shared)
-    found = [common_cause(wells, int(number), every[number]) for number in numbers]
-    return found, family_p_value(max(cause.gain for cause in found), wells.correlation(numbers))
+    every, numbers = shared_candidates(), candidates_of(shared)
+    found = [common_cause(group, int(number), every[number]) for number in numbers]
+    return found, family_p_value(max(cause.gain for cause in found), group.correlation(numbers))
 
 
 def _by_cause(found: Sequence[CommonCause]) -> dict[str, float]:
@@ -231,19 +232,15 @@ def _refused(shared: str, name: str, cause: CommonCause) -> Standing:
     return Standing(shared, name, "", cause.extension.cause.name, AT_BOUND, float("nan"), cause.shared, reason)
 
 
-def _sharing(
-    shared: str, name: str, well: str, cause: CommonCause, sets: Sequence[SetStatistics], error_rate: float
-) -> Standing:
+def _sharing(shared: str, name: str, well: str, cause: CommonCause, group: Wells, error_rate: float) -> Standing:
     """How a well stands to a cause that is named for all.
 
     Parameters
     ----------
-    sets : of all wells that are combined
     error_rate : probability that a well of the common size is told to be of another
     """
-    row = list(dict.fromkeys(each.well for each in sets)).index(well)
+    row, own = group.names.index(well), group.of([well])
     deviation, alone, extension = float(cause.deviations[row]), float(cause.alone[row]), cause.extension
-    own = Wells([each for each in sets if each.well == well])
     without, at_common = (standard_errors_off(own, cause.number, extension, size) for size in (0.0, cause.size))
     standing, reason = SHARES, f"its own data lie {without:.1f} standard errors off without it, {at_common:.1f} with it"
     if max(without, at_common) < _SEES:
@@ -258,24 +255,19 @@ _SEES = 0.1
 
 
 def _beside_sisters(
-    shared: str,
-    name: str,
-    well: str,
-    stated: OwnVerdict,
-    found: Sequence[CommonCause],
-    sets: Sequence[SetStatistics],
+    shared: str, name: str, well: str, stated: OwnVerdict, found: Sequence[CommonCause], group: Wells
 ) -> list[Standing]:
     """What becomes of a well's own verdict that the other wells do not share."""
     own = [cause for cause in found if cause.extension.cause.name in stated.members]
     if not own:
         return []
-    row = list(dict.fromkeys(each.well for each in sets)).index(well)
+    row = group.names.index(well)
     cause = max(own, key=lambda each: float(each.alone[row]))
     # of a class one member has the size that is stated
     sized = next((each for each in own if each.extension.cause.name == stated.cause), None)
     sight = float("nan")
     if sized and np.isfinite(stated.size):
-        others = Wells([each for each in sets if each.well != well])
+        others = group.of(set(group.names) - {well})
         sight = standard_errors_off(others, sized.number, sized.extension, stated.size)
     evidence = float(cause.alone[row])
     if np.isnan(sight):

@@ -11,7 +11,7 @@ from drillid.config.bounds import Between
 from drillid.config.files import read_yaml
 from drillid.config.rig import DriveInertia, IntegralGain, PartLength, ProportionalGain, Tube
 from drillid.config.validation import Strict
-from drillid.errors import SettingsError
+from drillid.errors import writing
 from drillid.physics.equipment import Controller, TopDrive
 from drillid.physics.soft_string import Survey
 from drillid.simulation.start_up import WellEquipment, WellFriction
@@ -131,8 +131,5 @@ def write_fitted(described: Path, friction: WellFriction, modulus: float, path: 
     content = dict(read_yaml(described))
     content["pipe_shear_modulus"] = f"{modulus / 1e9:.5g} GPa"
     content["friction"] = {name: float(f"{value:.6g}") for name, value in asdict(friction).items()}
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with writing(path, "--output"):
         path.write_text(yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
-    except OSError as error:
-        raise SettingsError(str(path), f"it cannot be written: {error}", "Give another --output") from error

@@ -28,15 +28,19 @@ def folder_of(name: str) -> str:
     '34/10-A-12 H' is in '34-10-A-12-H'. It depends on the name alone. Where letters are lost, as of a name in Cyrillic,
     or the name is long, a hash of the name keeps folders of different names apart.
     """
-    if re.match(SAFE, name) and len(name) <= _LONGEST and not _LIKE_A_FILE.search(name):
+    if re.match(SAFE, name) and _may_be_folder(name):
         return name
     plain = unicodedata.normalize("NFKD", name.translate(_LETTERS))
     kept = re.sub(r"[^A-Za-z0-9_.]+", "-", plain).strip("-._")
     lost = any(letter.isalnum() and not letter.isascii() for letter in plain)
-    if kept and not lost and len(kept) <= _LONGEST and not _LIKE_A_FILE.search(kept):
+    if kept and not lost and _may_be_folder(kept):
         return kept
     digest = hashlib.sha256(name.encode()).hexdigest()[:8]
     return f"{kept[: _LONGEST - 9].strip('-._') or 'well'}-{digest}"
+
+
+def _may_be_folder(name: str) -> bool:
+    return len(name) <= _LONGEST and not _LIKE_A_FILE.search(name)
 
 
 def folder_apart(name: str) -> str:

@@ -35,8 +35,6 @@ from drillid.formats.remote import size_of, states, url_of
 
 REPORT = "report.html"
 """The fleet's page in the results; those of the wells are in the folder `report` beside it."""
-OVER_ALL_WELLS = {"fleet": PROBLEMS, "common_causes": "common_causes.csv", "report": REPORT}
-"""Rules over all wells, each with one of its outputs, which is older than all else where the rule is to be redone."""
 _BASE_MB = 1000
 _MB_PER_MB_OF_TEXT, _MB_PER_MB_COMPRESSED = 12, 60
 """Memory per size of the largest log; measured: 6 for CSV, LAS and WITSML and 37 for gzipped CSV and Parquet, on top of
@@ -142,9 +140,14 @@ class Plan:
                 if path.exists():
                     made_from = self.dependencies(path.parent.name, names)["made_from"]
                     yield path, out_of_date(path, names, failed, made_from)
-        for rule, output in OVER_ALL_WELLS.items():
-            same = is_made_from(results, rule, self._over_all_wells(rule)["made_from"])
-            yield results / output, "" if same or not (results / output).exists() else "other code, settings or wells"
+        over_all_wells = (
+            ("fleet", PROBLEMS, self.fleet_dependencies()),
+            ("common_causes", "common_causes.csv", self.common_causes_dependencies()),
+            ("report", REPORT, self.report_dependencies()),
+        )
+        for rule, output, dependencies in over_all_wells:
+            if (results / output).exists() and not is_made_from(results, rule, dependencies["made_from"]):
+                yield results / output, "other code, settings or wells"
         report = results / REPORT
         if report.exists():
             pages = {well: report.with_suffix("") / f"{well}.html" for well in self.wells}
@@ -272,11 +275,6 @@ class Plan:
                 "settings": self.settings.model_dump(mode="json", exclude={"fleet", "mirror"}),
             }
         )
-
-    def _over_all_wells(self, rule: str) -> dict[str, Any]:
-        """What one of the rules over all wells depends on."""
-        dependencies: dict[str, Any] = getattr(self, f"{rule}_dependencies")()
-        return dependencies
 
     def simulated_logs(self) -> dict[str, tuple[str, int]]:
         """Well and stand number of each simulated log, by the log's path below `<results>/raw`.

@@ -204,6 +204,16 @@ def drop_damaged(results: Path, wells: Sequence[str]) -> None:
             write_table(problems_table(name, stage, [Problem.of(error)]), folders.stage(stage) / PROBLEMS)
 
 
+@contextlib.contextmanager
+def damage_dropped(results: Path, wells: Sequence[str]) -> Iterator[None]:
+    """Have the next run make again what is found damaged within this context, which ends by it."""
+    try:
+        yield
+    except DamageError:
+        drop_damaged(results, wells)
+        raise
+
+
 def collect_problems(results: Path, wells: Sequence[str], start_ups: Sequence[str] = ()) -> pd.DataFrame:
     """The problems of all wells and stages as one table, in the order of wells and stages, then those of starts of
     rotation.

@@ -81,11 +81,7 @@ class Prediction:
         known = f"; the noise is {noise} rpm" if self.noise == self.noise else ""
         is_hidden = self.extended >= _FALLS * self.base and self.noise > self.base / 2
         verb = "falls" if self.extended < self.base else "rises"
-        error = (
-            Markup("stays at {}").format(base)
-            if base == extended
-            else Markup(f"{verb} from {{}} to {{}}").format(base, extended)
-        )
+        error = f"stays at {base}" if base == extended else f"{verb} from {base} to {extended}"
         return Markup("{}In a held-out window the error of the predicted speed {} rpm{}{}.").format(
             moved, error, known, ", which hides the cause there" if is_hidden else ""
         )

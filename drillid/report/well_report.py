@@ -215,6 +215,6 @@ def control_advice(depth: xr.Dataset) -> tuple[ControlAdvice, ...]:
     """Settings at the depths at which they were sought."""
     rows = np.flatnonzero(np.isfinite(depth["tuned_proportional"].values))
     rows = rows[np.argsort(depth["depth"].values[rows], kind="stable")]
-    names = [*(f"present_{gain}" for gain in ("proportional", "integral")), "tuned_proportional", "tuned_integral"]
-    columns = (depth[name].values[rows] for name in ("depth", *names, "tuned_vibration"))
+    present, tuned = ("present_proportional", "present_integral"), ("tuned_proportional", "tuned_integral")
+    columns = (depth[name].values[rows] for name in ("depth", *present, *tuned, "tuned_vibration"))
     return tuple(ControlAdvice(*map(float, row)) for row in zip(*columns, strict=True))

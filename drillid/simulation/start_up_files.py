@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.errors import LogError, SettingsError
+from drillid.errors import LogError, SettingsError, writing
 from drillid.physics.soft_string import Survey
 from drillid.simulation.start_up import RATE, STATISTICS_DELAY, StartUp
 from drillid.simulation.start_up_fit import MeasuredStartUp
@@ -135,11 +135,8 @@ def write_start_up(result: StartUp, top_speed: Floats, path: Path, first_time: f
 
     speeds = (top_speed[: result.time.size] / RPM, result.torque / 1e3, result.recorded_bit_speed() / RPM)
     series = (first_time + result.time, *speeds, result.bit_speed / RPM)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with writing(path, "--output", LogError):
         pd.DataFrame(dict(zip(COLUMNS, series, strict=True))).to_csv(path, index=False, float_format="%.4f")
-    except OSError as error:
-        raise LogError(str(path), f"it cannot be written: {error}", "Give another --output") from error
 
 
 def summary(result: StartUp, depth: float) -> str:

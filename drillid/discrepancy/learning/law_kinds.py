@@ -283,7 +283,7 @@ PLACES_APART = 0.25
 KINDS: tuple[LawKind, ...] = (
     BitLaw(),
     *(BitLaw(memory) for memory in (0.3, 1.0, 3.0)),
-    *(CouplingLaw(float(place)) for place in np.arange(0.0, 1.1, PLACES_APART)),
+    *(CouplingLaw(float(place)) for place in np.arange(5) * PLACES_APART),
     ControlLaw(),
 )
 """Kinds that are tried."""

@@ -19,7 +19,7 @@ from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS
 from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.learning.elements import TERMS
 from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN
-from drillid.errors import SettingsError
+from drillid.errors import SettingsError, writing
 
 FIXED = ("mount_frequency", "mount_loss", "drag_rate")
 """Terms that do not grow with the cause's size."""
@@ -143,8 +143,5 @@ def write_module(examination: xr.Dataset, number: int, name: str, source: str, p
     ]
     sizes = of_set["extension_size"].values[[term is not None for term in known]]
     text = module_source(name, extensions, np.asarray(sizes, dtype=float), f"{source}, set {number}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with writing(path, "--output"):
         path.write_text(text)
-    except OSError as error:
-        raise SettingsError(str(path), f"it cannot be written: {error}", "Give another --output") from error

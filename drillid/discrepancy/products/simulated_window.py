@@ -11,7 +11,7 @@ from drillid.arrays import Floats
 from drillid.config.folders import folder_of
 from drillid.datasets.store import WellFolders
 from drillid.discrepancy.products.extended_model import simulated_rigs
-from drillid.errors import LogError, SettingsError
+from drillid.errors import LogError, SettingsError, writing
 from drillid.physics.nonlinear import NonlinearRig
 from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
 from drillid.units import RPM
@@ -42,11 +42,8 @@ class SimulatedWindow:
 
         series = (self.time, self.sweep / 1e3, self.measured / RPM, self.speed / RPM, self.command / 1e3)
         columns = dict(zip(COLUMNS, (*series, self.bit_speed / RPM), strict=True))
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
+        with writing(path, "--output", LogError):
             pd.DataFrame(columns).to_csv(path, index=False, float_format="%.4f")
-        except OSError as error:
-            raise LogError(str(path), f"it cannot be written: {error}", "Give another --output") from error
 
     @property
     def summary(self) -> str:

@@ -40,7 +40,7 @@ from drillid.discrepancy.rules import (
     SHAPE_RESOLVED,
 )
 from drillid.discrepancy.verdicts.examination import Examination, unextended
-from drillid.discrepancy.verdicts.explanations import Likeliest, base_model_rejected, likeliest_cause
+from drillid.discrepancy.verdicts.explanations import Likeliest, likeliest_cause, model_rejected
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
 from drillid.discrepancy.verdicts.from_responses import explain_responses
 from drillid.discrepancy.verdicts.verdict import NONE, Verdict, calibrated
@@ -100,28 +100,25 @@ def _begun(
     """An examination whose base model has been tested."""
     before = screen(model, base, (), causes, generator)
     if base.data_sheet_cost > REJECTED_PULLS:
-        before = _with_pulls(before, evidence_off_data_sheet(model, base))
+        share = RESPONSES_SHARE / DATA_SHEET_SHARE
+        before = _with_evidence(before, ON_DATA_SHEET, evidence_off_data_sheet(model, base), share)
     if leaves_rough_residuals(model, base):
-        before = _with_roughness(before, evidence_of_roughness(model, base))
+        before = _with_evidence(before, ROUGH, evidence_of_roughness(model, base))
     return Examination((), model, base, base, (), before, before, None, detections, base_rates, before.p_value)
 
 
-def _with_pulls(before: Screen, evidence: float) -> Screen:
-    """A screen with the evidence of values far off their data sheets, which linear theory does not see.
+def _with_evidence(before: Screen, channel: str, evidence: float, share: float = 1.0) -> Screen:
+    """A screen with the evidence of something unknown that linear theory does not see: values far off their data
+    sheets, or residuals above the noise that are no smooth function of frequency, such as images of other lines.
 
     Where nothing is wrong a Bayes factor exceeds any value x with probability at most 1/x (Markov's inequality).
-    """
-    known = max(before.unknown[ON_DATA_SHEET], evidence)
-    p_value = float(np.exp(-max(evidence, 0.0))) * RESPONSES_SHARE / DATA_SHEET_SHARE
-    return replace(before, unknown={**before.unknown, ON_DATA_SHEET: known}, p_value=min(before.p_value, p_value))
 
-
-def _with_roughness(before: Screen, evidence: float) -> Screen:
-    """A screen with the evidence of residuals above the noise that are no smooth function of frequency, such as images
-    that a recorder folds onto the sweep's lines; bounded as those of values far off their data sheets.
+    Parameters
+    ----------
+    share : of the error rate of the responses, per that of this channel
     """
-    known, bound = max(before.unknown[ROUGH], evidence), float(np.exp(-max(evidence, 0.0)))
-    return replace(before, unknown={**before.unknown, ROUGH: known}, p_value=min(before.p_value, bound))
+    known, p_value = max(before.unknown[channel], evidence), float(np.exp(-max(evidence, 0.0))) * share
+    return replace(before, unknown={**before.unknown, channel: known}, p_value=min(before.p_value, p_value))
 
 
 def _by_responses(
@@ -134,7 +131,7 @@ def _by_responses(
     evidence : as it was given, without the likeliest interval of the control in its data sheet
     rate : chance that something is found where nothing is wrong
     """
-    rejected = base_model_rejected(begun.model, begun.base)
+    rejected = model_rejected(begun.model, begun.base)
     if begun.p_value >= rate and not rejected:
         return begun
     likeliest = likeliest_cause(begun, causes)

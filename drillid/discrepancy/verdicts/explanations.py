@@ -53,7 +53,7 @@ def likeliest_cause(examination: Examination, causes: list[Cause]) -> Likeliest:
         causes,
         time_varying=time_varying,
         all_causes=True,
-        rejected=base_model_rejected(model, base),
+        rejected=model_rejected(model, base),
     )
     most, nearest = (fitted_causes[0].log_evidence, fitted_causes[0].name) if fitted_causes else (0.0, "")
     fitted_causes = [fit for fit in fitted_causes if not fit.at_bound and not _refuted(examination, fit.name)]
@@ -80,9 +80,9 @@ def _refuted(examination: Examination, cause: str) -> bool:
     )
 
 
-def base_model_rejected(model: SetModel, base: SetFit) -> bool:
-    """Whether the base model is so wrong that a linearisation about it is not valid."""
-    return base.data_sheet_cost > REJECTED_PULLS or leaves_rough_residuals(model, base)
+def model_rejected(model: SetModel, fit: SetFit) -> bool:
+    """Whether a model, extended or not, is so wrong that a linearisation about it is not valid."""
+    return fit.data_sheet_cost > REJECTED_PULLS or leaves_rough_residuals(model, fit)
 
 
 def _with_own_detections(
@@ -125,11 +125,11 @@ def total_evidence(examination: Examination, chosen: Chosen) -> float:
     return sum(cause.log_evidence for _, cause in chosen) - penalty
 
 
-def leaves_more(fit: SetFit, after: Screen) -> bool:
-    """Whether an extended model leaves something in its residuals, or pulls off the data sheets so far out that linear
-    theory does not see them.
+def leaves_more(model: SetModel, fit: SetFit, after: Screen) -> bool:
+    """Whether an extended model leaves something in its residuals or off the data sheets, in linear theory or so much
+    that this does not see it.
     """
-    return after.p_value < CLOSURE_RATE or fit.data_sheet_cost > REJECTED_PULLS
+    return after.p_value < CLOSURE_RATE or model_rejected(model, fit)
 
 
 def alternative(
@@ -147,14 +147,14 @@ def alternative(
     least = max(first.best.log_evidence - PAIR_FIRST_WITHIN, 0.0)
     for cause in [fit for fit in first.fitted_causes[:_MOST_FIRSTS] if fit.log_evidence > least]:
         after = residual if cause is first.best else screen(model, cause.fit, (cause.extension,), causes, generator)
-        if leaves_more(cause.fit, after):
+        if leaves_more(model, cause.fit, after):
             # what another shape of it explains is no second cause
             moved = at_best_shape(model, examination.base, (), cause)
             if moved.fit.cost < cause.fit.cost - SHAPE_RESOLVED:
                 cause, after = moved, screen(model, moved.fit, (moved.extension,), causes, generator)
         own = with_first(first, cause)
         option: tuple[Chosen, Screen] = ([(own, cause)], after)
-        left = leaves_more(cause.fit, after)
+        left = leaves_more(model, cause.fit, after)
         seconds = _second_causes(examination, cause.fit, cause.extension, after, causes) if left else []
         if max((fit.log_evidence for fit in seconds), default=-np.inf) >= pair_penalty:
             second = cause_posterior(seconds, after.unknown_evidence, examination.base_rates)
@@ -190,7 +190,7 @@ def _second_causes(
 ) -> list[FittedCause]:
     """Second causes given a first, with the evidence of their own detections, in order of the responses' evidence."""
     detections = tuple(each for each in examination.detections if _is_of_another(each.cause, given.cause))
-    sizes, rejected = _time_varying_sizes(detections), base_model_rejected(examination.model, fit)
+    sizes, rejected = _time_varying_sizes(detections), model_rejected(examination.model, fit)
     fitted_causes = search(examination.model, fit, (given,), screened, causes, time_varying=sizes, rejected=rejected)
     return _with_own_detections(fitted_causes, detections)
 

@@ -52,7 +52,7 @@ def explain_responses(
     best = first.best
     after = screen(model, best.fit, (best.extension,), causes, generator)
     chosen: Chosen = [(first, best)]
-    if leaves_more(best.fit, after) or leaves_rough_residuals(model, best.fit):
+    if leaves_more(model, best.fit, after):
         better = alternative(examination, first, after, causes, generator)
         if better is not None and (
             _is_incomplete(model, best.fit, after) or total_evidence(examination, better[0]) > best.log_evidence

@@ -117,7 +117,7 @@ def _nothing(windows: int) -> xr.Dataset:
 
 
 def _refused(fits: xr.Dataset, fitted: list[int]) -> Problem:
-    """What an error of the model that all windows have in common would only be averaged to a wrong value."""
+    """Why windows are not fitted together: an error of the model that all have in common is averaged as noise."""
     return Problem(
         windows_place(fits, fitted),
         "no window's own fit is accepted, so that there is no joint fit",
