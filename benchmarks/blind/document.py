@@ -82,14 +82,14 @@ the family that knows the trace, sample by sample, but not the drive's delay, wo
 An answer is right where every verdict is the hidden cause, or a class of causes that cannot be distinguished from it:
 the ideal test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard
 deviations. Every rival that explains half of the hidden cause to first order is tried from all the rival's shapes and
-sizes, whoever names it. Each of two causes is tested given the other, whose size is free in the ideal test. Where the
-bit stands still for some of the time, for whatever reason, stick-slip is a right answer, and beside what makes it stand
-it is no second cause, as which it counted up to block 530000. Where a torque that falls with speed was meant to make it
-stand and never did, that torque is the right answer, and the ideal test is that of the torque. Up to block 510000 there
-was no ideal test for it, so that it counted as showing where nothing can be seen (√λ 0.15 and 0.21 in the cases 510011
-and 510044). Up to block 530000 rivals were not searched for from all sizes where half of a cause is far less visible
-than a quarter of it, so that filters of speed and torque closer than one standard deviation counted as distinct (case
-530448).
+sizes, whoever names it; those that no engine names are not tried, as no judgement depends on them. Each of two causes
+is tested given the other, whose size is free in the ideal test. Where the bit stands still for some of the time, for
+whatever reason, stick-slip is a right answer, and beside what makes it stand it is no second cause, as which it counted
+up to block 530000. Where a torque that falls with speed was meant to make it stand and never did, that torque is the
+right answer, and the ideal test is that of the torque. Up to block 510000 there was no ideal test for it, so that it
+counted as showing where nothing can be seen (√λ 0.15 and 0.21 in the cases 510011 and 510044). Up to block 530000
+rivals were not searched for from all sizes where half of a cause is far less visible than a quarter of it, so that
+filters of speed and torque closer than one standard deviation counted as distinct (case 530448).
 
 For a cause that is removed from the catalogue, the best test is unaware of it: a χ² of 24 degrees of freedom, as many
 as a smooth disturbance at a port has, at any of seven ports. In the cases that `unknown_share` counts it has 50 % power

@@ -1,5 +1,6 @@
 """Judgement of an answer against the hidden causes of its case; nothing of the engine takes part in it."""
 
+from collections.abc import Collection, Iterable
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
@@ -96,17 +97,21 @@ class Judgement:
     """Evidence of an engine that leaves its threshold to the proof; -inf where it names the rig's nature alone."""
 
 
-def kept_ideals(case: AnyCase) -> Ideals:
-    """The ideal test of a case, cached in a file named after a hash of its code and the case."""
-    path = FOLDER / "ideals" / f"{digest([_CODE_OF_IDEALS, _PHYSICS, str(case)])}.json"
-    return Ideals(**as_json(path, lambda: asdict(ideals(case))))
+def kept_ideals(case: AnyCase, answers: Iterable[Answer]) -> Ideals:
+    """The ideal test of a case as far as some answers ask for it, cached in a file named after a hash of its code, the
+    case and the causes that they name.
+    """
+    named = {member for answer in answers for claim in answer.verdicts for member in claim.members} & {*CAUSES}
+    path = FOLDER / "ideals" / f"{digest([_CODE_OF_IDEALS, _PHYSICS, str(case), sorted(named)])}.json"
+    return Ideals(**as_json(path, lambda: asdict(ideals(case, named))))
 
 
-def ideals(case: AnyCase, *, thorough: bool = True) -> Ideals:
+def ideals(case: AnyCase, named: Collection[str] = CAUSES, *, thorough: bool = True) -> Ideals:
     """The ideal test of a case.
 
     Parameters
     ----------
+    named : rivals that are asked for: every one alike, whoever names it; no judgement depends on the others
     thorough : whether each rival is fitted from all its shapes and sizes, beside those that linear theory shows to be
         near
     """
@@ -125,15 +130,19 @@ def ideals(case: AnyCase, *, thorough: bool = True) -> Ideals:
         ideal.power(noncentrality, family=True, tones=tones),
         float(np.min(powers)) if powers else 0.0,
         ideal.candidates,
-        tuple(tuple(sorted(_twins(ideal, hidden, _others(case, hidden), thorough))) for hidden in case.hidden),
+        tuple(tuple(sorted(_twins(ideal, hidden, _others(case, hidden), named, thorough))) for hidden in case.hidden),
         case.removed and any(_has_stand_in(ideal, hidden, _others(case, hidden), thorough) for hidden in case.hidden),
     )
 
 
-def _twins(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...], thorough: bool) -> frozenset[str]:
-    """Causes that cannot be distinguished from a hidden one; every rival is searched for alike, whoever names it."""
-    near = same(ideal, hidden, beside)
-    further = [name for name in likely(ideal, hidden, beside) if name not in near] if thorough else []
+def _twins(
+    ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...], named: Collection[str], thorough: bool
+) -> frozenset[str]:
+    """Causes that cannot be distinguished from a hidden one, of those that are named."""
+    # of a cause that is removed from the catalogue any stand-in counts
+    near = same(ideal, hidden, beside, CAUSES if ideal.case.removed else named)
+    rest = {*named} - near
+    further = likely(ideal, hidden, beside, rest) if thorough and rest else []
     return near | {name for name in further if stands_in(ideal, hidden, name, DISTINCT, beside)}
 
 
@@ -214,9 +223,8 @@ def judge(
             verdict.verdict != UNKNOWN and verdict.family not in families and verdict.probability > _SURE
             for verdict in verdicts
         ),
-        still_there=any(len(alike) > 1 for alike in ideal.same)
-        or ideal.imitated
-        or (case.removed and case.hidden_names <= _TOGETHER),
+        still_there=case.removed
+        and (ideal.imitated or any(len(alike) > 1 for alike in ideal.same) or case.hidden_names <= _TOGETHER),
         covered=_covered(single, true),
         location_error=_location_error(case, single, true),
         gain_positive=None if true is None else bool(true.predictive_gain_low > 0),

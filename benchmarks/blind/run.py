@@ -28,7 +28,7 @@ def one_case(seed: int, world: str) -> dict[str, Row]:
     try:
         case = draw(seed, world=WORLDS[world])
         answers = {name: engine(case) for name, engine in ENGINES.items()}
-        ideal = kept_ideals(case)
+        ideal = kept_ideals(case, answers.values())
         stands, traced = bit_stands(case), trace(case)
         return {
             name: as_row(judge(case, answer, ideal, stands=stands, trace=traced)) for name, answer in answers.items()

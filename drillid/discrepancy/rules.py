@@ -279,8 +279,7 @@ OBVIOUS_MISFIT = Rule(
 )
 CONTENDER = Rule(
     0.5,
-    "share of the best evidence from which a cause is tried from other sizes too, where the misfit is obvious, and at "
-    "other intervals of the control, where none is known",
+    "share of the best evidence from which a cause is tried from other sizes too, where the misfit is obvious",
     "half of it: a local optimum seldom costs more",
     "make blind: accuracy_at_2x",
 )

@@ -1,5 +1,6 @@
 """Causes that cannot be distinguished from a hidden cause at a case's noise, one or two of them together."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,11 +41,17 @@ _RIDGE = 1e-6
 """Relative regularisation of pairs of collinear causes."""
 
 
-def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> frozenset[str]:
+def same(
+    ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = (), among: Collection[str] = CAUSES
+) -> frozenset[str]:
     """Causes that at this noise cannot be distinguished from a hidden one.
 
     Those that are near in the linear approximation are fitted in size, and in shape where that is continuous, while
     causes hidden beside it may take any size.
+
+    Parameters
+    ----------
+    among : causes that are asked for
     """
     if not ideal.effects[hidden.name].linear:
         return frozenset({hidden.name})
@@ -52,26 +59,30 @@ def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> froze
     if hidden.name == "sign_or_unit":
         starts = [Hidden("speed_scale", wrong_factor(hidden.shape) - 1, 0.5)]
     else:
-        starts = [*ideal.responses.equal(hidden), *_Linearised.of(ideal, hidden, beside).nearest()]
+        starts = [*ideal.responses.equal(hidden), *_Linearised.of(ideal, hidden, beside, among).nearest()]
     names = {hidden.name}
     for rival in starts:
-        if rival.name not in names and _comes_near(ideal, hidden, (ideal.bounded(rival),), DISTINCT, beside):
+        if rival.name in {*among} - names and _comes_near(ideal, hidden, (ideal.bounded(rival),), DISTINCT, beside):
             names.add(rival.name)
-    if hidden.name == "speed_scale" and _is_unit(ideal, hidden):
+    if hidden.name == "speed_scale" and "sign_or_unit" in among and _is_unit(ideal, hidden):
         names.add("sign_or_unit")
     return frozenset(names)
 
 
-def likely(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> list[str]:
+def likely(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = (), among: Collection[str] = CAUSES) -> list[str]:
     """Causes that may come near a hidden one: at some size and shape they explain a good part of it to first order.
 
     Where the nuisances take up far more of the cause than they would to first order, or of its half than of the whole,
     that says nothing, and any may.
+
+    Parameters
+    ----------
+    among : causes that are asked for
     """
     if not ideal.effects[hidden.name].linear or hidden.name == "sign_or_unit":
         return []
     beside = tuple(cause for cause in beside if ideal.effects[cause.name].linear)
-    linearised = _Linearised.of(ideal, hidden, beside)
+    linearised = _Linearised.of(ideal, hidden, beside, among)
     whole, half = (ideal.noncentrality((sized,), beside) for sized in (hidden, replace(hidden, size=hidden.size / 2)))
     bent = float(linearised.target @ linearised.target) > _BENT * whole or whole > 4 * _BENT * half
     return linearised.explaining(0.0 if bent else _LIKELY)
@@ -131,7 +142,7 @@ def imitated(ideal: Ideal, hidden: Hidden) -> bool:
     """Whether another cause, or two together, come so close that a test unaware of the hidden one has no power."""
     if not ideal.effects[hidden.name].linear or hidden.name == "sign_or_unit":
         return False
-    linearised = _Linearised.of(ideal, hidden, ())
+    linearised = _Linearised.of(ideal, hidden)
     return any(
         _comes_near(ideal, hidden, tuple(ideal.bounded(rival) for rival in rivals), INDISTINGUISHABLE)
         for rivals in (*((rival,) for rival in linearised.nearest()), *linearised.pairs())
@@ -197,12 +208,13 @@ class _Linearised:
     """(rivals, rows) responses of the rivals."""
 
     @classmethod
-    def of(cls, ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...]) -> "_Linearised":
+    def of(
+        cls, ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = (), among: Collection[str] = CAUSES
+    ) -> "_Linearised":
         """From the ideal test; causes hidden beside it may take any size."""
-        small = ideal.small(hidden.name in IN_TIME)
-        rivals = [
-            sized for cause in small if cause.name not in (hidden.name, "sign_or_unit") for sized in _sizes(cause)
-        ]
+        names = {*among} - {hidden.name, "sign_or_unit"}
+        small = [cause for cause in ideal.small(hidden.name in IN_TIME) if cause.name in names]
+        rivals = [sized for cause in small for sized in _sizes(cause)]
         theory = ideal.theory(frozenset(cause.name for cause in (hidden, *beside)))
         rows = ideal.beyond(theory, [(cause,) for cause in (hidden, *beside, *rivals)]).T
         basis = np.linalg.qr(rows[1 : 1 + len(beside)].T)[0]

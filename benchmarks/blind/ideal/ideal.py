@@ -102,27 +102,31 @@ class Ideal:
         return self._noncentrality(hidden, beside)
 
     def _least_noncentrality(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...]) -> float:
+        if any(not self.effects[cause.name].linear and cause.name not in ADDITIVE for cause in hidden):
+            return float("nan")
+        tones = sum(self._tone(cause) for cause in hidden if cause.name in ADDITIVE)
+        rest = tuple(cause for cause in hidden if cause.name not in ADDITIVE)
+        return tones + (self._least_squared(rest, beside) if rest else 0.0)
+
+    def _least_squared(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...]) -> float:
         """With any value of the documents wrong outright, where that costs less than what it explains."""
-        least = self._distance_without(hidden, beside)
+        linear = tuple(cause for cause in beside if self.effects[cause.name].linear)
+        whole = (*hidden, *linear)
+        if linear:
+            # the others start at their sizes, or are continued with the causes
+            ends = [self._reached(whole, linear, grown=grown) for grown in (False, True)]
+        else:
+            ends = [self._reached_from_anywhere(hidden)]
+        least, point = min(ends, key=lambda end: end[0])
         for each in self.priors.wrong:
             if least > each.cost:
                 shared = self.priors.shared.copy()
                 shared[list(each.spreads)] = list(each.spreads.values())
                 other = self._with(priors=replace(self.priors, shared=shared, wrong=()))
-                least = min(least, each.cost + other._distance_without(hidden, beside))
+                for begin in (point, self._at_truth(linear)):
+                    found = other._reached(whole, linear, rejected=least - each.cost, begin=begin)[0]
+                    least = min(least, each.cost + found)
         return least
-
-    def _distance_without(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...]) -> float:
-        if any(not self.effects[cause.name].linear and cause.name not in ADDITIVE for cause in hidden):
-            return float("nan")
-        tones = sum(self._tone(cause) for cause in hidden if cause.name in ADDITIVE)
-        rest = tuple(cause for cause in hidden if cause.name not in ADDITIVE)
-        linear = tuple(cause for cause in beside if self.effects[cause.name].linear)
-        if not rest or not linear:
-            return tones + (self.least_distance(rest) if rest else 0.0)
-        # the others start at their sizes, or are continued with the causes
-        ends = (self.closest((*rest, *linear), linear, grown=grown)[0] for grown in (False, True))
-        return tones + min(ends)
 
     def _tone(self, hidden: Hidden) -> float:
         """λ of a tone of known frequency in noise of known density, A²T/S over all windows."""
@@ -136,12 +140,18 @@ class Ideal:
 
     def least_distance(self, hidden: tuple[Hidden, ...]) -> float:
         """Squared distance at the best nuisances, from the truth and from wherever else there may be a minimum."""
-        least = self.closest(hidden)[0]
+        return self._reached_from_anywhere(hidden)[0]
+
+    def _reached_from_anywhere(self, hidden: tuple[Hidden, ...]) -> tuple[float, "_Point"]:
+        """The same, and the point at which it is reached."""
+        best = self._reached(hidden)
         for nuisance, offset in self.priors.starts:
-            begin = np.zeros(len(NUISANCES))
-            begin[nuisance] = offset
-            least = min(least, self.closest(hidden, rejected=least, begin=begin)[0])
-        return least
+            shared = np.zeros(len(NUISANCES))
+            shared[nuisance] = offset
+            begin = self._at_truth(())
+            end = self._reached(hidden, rejected=best[0], begin=replace(begin, shared=shared), patience=_FAR_ROUNDS)
+            best = min(best, end, key=lambda each: each[0])
+        return best
 
     def closest(
         self,
@@ -151,7 +161,6 @@ class Ideal:
         grown: bool = True,
         rejected: float = np.inf,
         hopeless: float = np.inf,
-        begin: Floats | None = None,
     ) -> tuple[float, tuple[Hidden, ...]]:
         """Squared distance at the best nuisances and the best sizes of rival causes, by Gauss–Newton.
 
@@ -161,40 +170,58 @@ class Ideal:
             far off
         rejected : squared distance above which the fit stops
         hopeless : the same at parts of the cause's size; the distance of the whole cause is then told as infinite
-        begin : nuisances from which the whole cause is fitted; by default those of the truth, for parts of it first
 
         Returns
         -------
         squared distance
         rivals : at those sizes
         """
+        least, point = self._reached(hidden, rivals, grown=grown, rejected=rejected, hopeless=hopeless)
+        return least, point.rivals
+
+    def _reached(
+        self,
+        hidden: tuple[Hidden, ...],
+        rivals: tuple[Hidden, ...] = (),
+        *,
+        grown: bool = True,
+        rejected: float = np.inf,
+        hopeless: float = np.inf,
+        begin: "_Point | None" = None,
+        patience: int = 0,
+    ) -> tuple[float, "_Point"]:
+        """The same, with the point at which the distance is reached.
+
+        Parameters
+        ----------
+        begin : point from which the whole cause is fitted; by default that of the truth, for parts of it first
+        patience : rounds after which a fit that linear theory takes to end above `rejected` is stopped
+        """
         theory = self.theory(frozenset(cause.name for cause in hidden))
-        shared = np.zeros(len(NUISANCES)) if begin is None else begin
-        point = _Point(shared, np.zeros((len(self.windows), len(LOCAL))), rivals)
+        point = self._at_truth(rivals) if begin is None else begin
         least, before = np.inf, 1.0
         whole = begin is not None or not grown or any(cause.name == "sign_or_unit" for cause in hidden)
         for share in (1.0,) if whole else _GROWTH:
             wanted = tuple(replace(cause, size=share * cause.size) for cause in hidden)
             target = {number: theory.response(number, wanted) for number in self.windows}
-            start, patience = self._within(point.scaled(share / before)), 0 if begin is None else _FAR_ROUNDS
+            start = self._within(point.scaled(share / before))
             least, point = self._settled(theory, target, start, rejected, patience)
             before = share
             if least > rejected:
                 break
             if share < 1 and least > hopeless:
-                return np.inf, point.rivals
-        return least, point.rivals
+                return np.inf, point
+        return least, point
+
+    def _at_truth(self, rivals: tuple[Hidden, ...]) -> "_Point":
+        """The nuisances' true values, with rivals beside them."""
+        return _Point(np.zeros(len(NUISANCES)), np.zeros((len(self.windows), len(LOCAL))), rivals)
 
     @np.errstate(all="ignore")  # outside the domain of the theory costs are infinite
     def _settled(
-        self, theory: Theory, target: dict[int, Floats], point: "_Point", rejected: float, patience: int = 0
+        self, theory: Theory, target: dict[int, Floats], point: "_Point", rejected: float, patience: int
     ) -> tuple[float, "_Point"]:
-        """Least squared distance from a target, and the point at which it is reached.
-
-        Parameters
-        ----------
-        patience : rounds after which a fit that linear theory takes to end above `rejected` is stopped
-        """
+        """Least squared distance from a target, and the point at which it is reached."""
         least = self._cost(theory, target, point)
         for done in range(_ROUNDS):
             step, predicted = self._step(theory, target, point)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.fft import irfft, rfft
+from scipy.interpolate import BarycentricInterpolator
 from scipy.special import chdtrc, ndtr
 
 from drillid.arrays import Complex, Floats
@@ -31,8 +32,8 @@ _STARTS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 """Moments from which the fit of a jump is started, besides that at which it is detected."""
 _KNOTS = 5
 """Values of a free course, which is linear between them."""
-_INTERPOLATED = 9
-"""Moments between which the responses to a linear change are interpolated."""
+_INTERPOLATED = {2: 9, _KNOTS: 5}
+"""Moments between which the responses are interpolated wherever a course of so many values is linear."""
 _EVALUATIONS, _FIRST_EVALUATIONS = 30, 3
 """Function evaluations of a fit, and from each of several starts before the best is chosen."""
 _LEAST = 1e-3
@@ -225,13 +226,28 @@ class ChangingWindow:
         if course.size == 3:
             after = jump(self.elapsed, self.duration, course[2:])[0]
             return np.stack([1 - after, after]), np.eye(2)
-        places = np.linspace(0.0, 1.0, _INTERPOLATED)
-        return _hats(self.elapsed, _INTERPOLATED), _hats(places, course.size).T
+        places, weights = _polynomials(self.elapsed, course.size - 1, _INTERPOLATED[course.size])
+        return weights, _hats(places, course.size).T
 
     def _jump_slope(self, moment: float) -> Floats:
         """Derivative of a smoothed step to its moment, (whitened samples,)."""
         earlier, later = jump(self.elapsed, self.duration, moment + np.array([-_MOMENT_STEP, _MOMENT_STEP]))
         return np.asarray((later - earlier) / (2 * _MOMENT_STEP), dtype=float)
+
+
+def _polynomials(elapsed: Floats, pieces: int, count: int) -> tuple[Floats, Floats]:
+    """Places (pieces · count,) from which functions on equal pieces of 0 … 1 are interpolated by polynomials, and the
+    weights (pieces · count, samples) of the values there.
+
+    Responses change the faster the smaller a damping is, so that straight lines between few moments would be off by
+    more than the noise.
+    """
+    own = 0.5 - 0.5 * np.cos(np.pi * np.linspace(0.0, 1.0, count))
+    piece = np.minimum((elapsed * pieces).astype(int), pieces - 1)
+    within = BarycentricInterpolator(own, np.eye(count))(elapsed * pieces - piece).T
+    weights = (np.arange(pieces)[:, None] == piece)[:, None] * within
+    places = (np.arange(pieces)[:, None] + own) / pieces
+    return places.ravel(), weights.reshape(-1, elapsed.size)
 
 
 def _hats(places: Floats, count: int) -> Floats:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
-from scipy.special import log_ndtr, ndtr, softmax
+from scipy.special import log_ndtr, softmax
 from scipy.stats import norm
 
 from drillid.arrays import Floats
@@ -107,14 +107,12 @@ def size_interval(estimate: float, error: float, size: Size) -> tuple[float, flo
     logs = -0.5 * by_data**2 / (priors + variance) - 0.5 * np.log(priors + variance)
     weight = softmax(logs + log_ndtr((mean - least) / deviation))
 
-    cut = ndtr((least - mean) / deviation)
-
     def beyond(value: float, share: float) -> float:
         """Posterior probability of a smaller size, less a share."""
-        below = (ndtr((value - mean) / deviation) - cut) / np.maximum(1 - cut, np.finfo(float).tiny)
+        below = -np.expm1(log_ndtr((mean - value) / deviation) - log_ndtr((mean - least) / deviation))
         return float(weight @ below) - share
 
     reach = 10 * float(deviation.max())
-    ends = max(float(mean.min()) - reach, least), float(mean.max()) + reach
+    ends = max(float(mean.min()) - reach, least), max(float(mean.max()), least) + reach
     low, high = (float(brentq(beyond, *ends, args=(share,))) for share in _TAILS)
     return max(min(low, estimate), size.low), min(max(high, estimate), size.high)

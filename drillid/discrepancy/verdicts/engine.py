@@ -19,7 +19,6 @@ from drillid.discrepancy.inference.base_fit import (
 )
 from drillid.discrepancy.inference.far_off_data_sheet import chance_of_evidence
 from drillid.discrepancy.inference.screen import Screen, screen
-from drillid.discrepancy.inference.search import FittedCause
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.unknown import (
@@ -31,7 +30,6 @@ from drillid.discrepancy.inference.unknown import (
 )
 from drillid.discrepancy.rules import (
     CLOSURE_RATE,
-    CONTENDER,
     DATA_SHEET_SHARE,
     DETECTIONS_SHARE,
     EVEN_ODDS,
@@ -43,6 +41,7 @@ from drillid.discrepancy.verdicts.examination import Examination, unextended
 from drillid.discrepancy.verdicts.explanations import Likeliest, likeliest_cause, model_rejected
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
 from drillid.discrepancy.verdicts.from_responses import explain_responses
+from drillid.discrepancy.verdicts.naming import Posterior
 from drillid.discrepancy.verdicts.verdict import NONE, Verdict, calibrated
 from drillid.errors import EstimationError
 
@@ -188,9 +187,7 @@ def _explained(
     """What explains the linear responses, at the likeliest interval of the control where the data sheet states none."""
     again, posterior = None, likeliest.posterior
     if posterior is not None and not examination.model.evidence.data_sheet.tells_control_interval:
-        of_contender = CONTENDER * max(posterior.best.log_evidence, 0.0)
-        likely = [fit for fit in posterior.fitted_causes if fit.log_evidence > of_contender]
-        again = _at_likeliest_interval(examination, likely, causes, generator)
+        again = _at_likeliest_interval(examination, examination, posterior, causes, generator)
         if again is not None and _cost(again) <= posterior.best.fit.cost + interval_cost(examination.model):
             return again
     found = explain_responses(examination, likeliest, causes, generator)
@@ -198,25 +195,53 @@ def _explained(
 
 
 def _at_likeliest_interval(
-    examination: Examination, likely: Sequence[FittedCause], causes: list[Cause], generator: np.random.Generator
+    begun: Examination,
+    now: Examination,
+    posterior: Posterior,
+    causes: list[Cause],
+    generator: np.random.Generator,
+    least: float = np.inf,
 ) -> Examination | None:
     """What is named at the control interval that is likeliest beside one of the likely causes, as the base model's
     interval may have absorbed part of that cause's effect; None where the interval is the same, or nothing is named.
+
+    Beside what is likely there another interval may be likelier still, which is followed first.
+
+    Parameters
+    ----------
+    begun : at the base model's own interval
+    now : at the interval that has been followed so far
+    posterior : of one cause, there
+    least : cost found so far, with that of the interval
     """
-    own = interval_cost(examination.model)
-    model, least = examination.model, min((each.fit.cost for each in likely), default=np.inf) + own - SHAPE_RESOLVED
-    for each in likely:
-        other, fit = at_likeliest_interval(examination.model, each.fit, (each.extension,), least)
-        if fit.cost + interval_cost(other) < least:
-            model, least = other, fit.cost + interval_cost(other)
-    if model is examination.model:
+    model, least = _model_at_likeliest_interval(now.model, posterior, least)
+    if model is now.model:
         return None
-    base = without_outlier_windows(model, fit_set(model, at_interval_of(model, examination.base.point)))
+    base = without_outlier_windows(model, fit_set(model, at_interval_of(model, begun.base.point)))
     # evidence is against the base model at its own likeliest interval
-    against = replace(base, cost=base.cost + log_mass(model, base) - log_mass(examination.model, examination.base))
-    anew = replace(examination, model=model, base=against, extended=against)
-    again = explain_responses(anew, likeliest_cause(anew, causes), causes, generator)
+    against = replace(base, cost=base.cost + log_mass(model, base) - log_mass(begun.model, begun.base))
+    anew = replace(begun, model=model, base=against, extended=against)
+    there = likeliest_cause(anew, causes)
+    if there.posterior is not None:
+        further = _at_likeliest_interval(begun, anew, there.posterior, causes, generator, least)
+        if further is not None:
+            return further
+    again = explain_responses(anew, there, causes, generator)
     return replace(again, base=base) if again.extensions else None
+
+
+def _model_at_likeliest_interval(model: SetModel, posterior: Posterior, least: float) -> tuple[SetModel, float]:
+    """The model at the interval that is likeliest beside one of the likely causes, and the cost of both: the model
+    itself where no other interval costs less than that, nor than what was found so far.
+    """
+    likely = [each for each in posterior.fitted_causes if each.log_evidence > 0]
+    own = interval_cost(model)
+    best, least = model, min([least, *(each.fit.cost + own for each in likely)]) - SHAPE_RESOLVED
+    for each in likely:
+        other, fit = at_likeliest_interval(model, each.fit, (each.extension,), least)
+        if fit.cost + interval_cost(other) < least:
+            best, least = other, fit.cost + interval_cost(other)
+    return best, least
 
 
 def _cost(examination: Examination) -> float:

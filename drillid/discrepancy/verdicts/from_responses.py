@@ -186,14 +186,15 @@ def _location(
 
 
 def _size(result: Examination, fits: list[tuple[SetFit, float]], place: int) -> tuple[float, float, float]:
-    """Size of an extension and its interval; from its detection where it varies within the window, as the mean
-    response hardly determines it, or where the detection determines it better.
+    """Size of an extension and its interval; from a detection in its favour where it varies within the window, as the
+    mean response hardly determines it, or where the detection determines it better.
     """
     cause, size = result.extensions[place].cause, float(result.extended.point.sizes[place])
     if cause.size.fixed:
         return size, size, size
     low, high = fitted_size_interval(fits, result.extensions, place)
     own = [each for each in result.detections if each.cause == cause.name and each.tells_size]
+    own = [each for each in own if each.log_evidence > 0]
     if own and (cause.time_varying or 2 * TWO_SIDED * own[0].size_error < high - low):
         return own[0].size, *size_interval(own[0].size, own[0].size_error, cause.size)
     return size, low, high

@@ -165,6 +165,10 @@ def examined_with(hidden: Hidden, seed: int, windows: int | None = None) -> Exam
         (700167, None, Hidden("speed_filter", 0.01593262085712319, 0.23241964066298604)),
         # and so are filters of speed and torque
         (700438, 1, Hidden("recorder_filter", 0.01717807124638789, 0.011889648557428023)),
+        # it is likeliest at a third interval, to which the one beside a filter of the speed leads
+        (730132, None, Hidden("torque_filter", 0.015288140370755756, 0.6654348753155909)),
+        # half a dozen others are likelier, one of them by far
+        (730138, None, Hidden("recorder_filter", 0.01630486527020742, 0.39231336338401757)),
     ],
 )
 def test_a_cause_that_is_likeliest_at_another_interval_of_the_control_is_found_there(
@@ -191,6 +195,12 @@ def test_a_torque_that_falls_by_another_law_than_its_detector_knows_has_the_size
     # far too small, and so narrow an interval that it would be preferred
     assert own.size + 4 * own.size_error < falling.size
     assert 4 * own.size_error < verdict.size_high - verdict.size_low
+
+
+def test_a_drift_that_changes_the_responses_most_at_its_beginning_leaves_no_misfit() -> None:
+    # from about half the pipe's characteristic admittance to fifteen times as much
+    drift = Hidden("parameter_drift", 1496.0, 0.41)
+    alone(examined_with(drift, 853312), drift)
 
 
 def test_the_lower_gain_that_a_limit_makes_is_no_second_cause() -> None:

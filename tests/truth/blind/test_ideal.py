@@ -106,6 +106,17 @@ def test_a_rival_that_linear_reckoning_overlooks_is_found_where_it_is_named() ->
     assert not stands_in(ideal, hidden, "mud_drag", DISTINCT)
 
 
+@pytest.mark.parametrize("removed", [False, True])
+def test_a_rival_is_told_alike_whatever_else_is_named(case: Case, *, removed: bool) -> None:
+    filtered = Hidden("torque_filter", 0.004, 0.5)
+    hidden = replace(case, hidden=(filtered,), removed=removed)
+    of_all, named = ideals(hidden), {"speed_filter", "mud_drag"}
+    of_named = ideals(hidden, named)
+    assert "speed_filter" in of_named.same[0]
+    assert {*of_named.same[0]} & named == {*of_all.same[0]} & named
+    assert replace(of_named, same=of_all.same) == of_all
+
+
 def test_noise_is_recorded_as_the_speed_is(case: Case) -> None:
     wrong = Hidden("sign_or_unit", 1.0, 0.6)
     s = laplace(np.array([0.5, 2.0]))

@@ -51,6 +51,14 @@ def test_bounds_end_an_interval() -> None:
     assert size_interval(*_fitted(9.9, 0.5), Size("lag", "s", 1.0, 0.0, 10.0))[1] == 10.0
 
 
+def test_far_below_a_bound_an_interval_has_the_tail_that_is_left() -> None:
+    error, below = 0.1, -10.0
+    low, high = size_interval(*_fitted(below, error), ONE_SIDED)
+    # so far out the tail of a normal distribution is an exponential one
+    assert low == 0.0
+    assert high == pytest.approx(-np.log(0.025) * error**2 / -below, rel=0.05)
+
+
 GAIN = Extension(CATALOGUE["controller_gain"], 0.0)
 TOLERANCE, DATA_ERROR = 0.02, 0.005
 SIZES = np.linspace(-1.0, 1.5, 5001)
