@@ -12,8 +12,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebvander
 from scipy.fft import irfft, rfft
-from scipy.interpolate import BarycentricInterpolator
 from scipy.special import chdtrc, ndtr
 
 from drillid.arrays import Complex, Floats
@@ -242,11 +242,11 @@ def _polynomials(elapsed: Floats, pieces: int, count: int) -> tuple[Floats, Floa
     Responses change the faster the smaller a damping is, so that straight lines between few moments would be off by
     more than the noise.
     """
-    own = 0.5 - 0.5 * np.cos(np.pi * np.linspace(0.0, 1.0, count))
+    own = -np.cos(np.pi * np.linspace(0.0, 1.0, count))
     piece = np.minimum((elapsed * pieces).astype(int), pieces - 1)
-    within = BarycentricInterpolator(own, np.eye(count))(elapsed * pieces - piece).T
+    within = np.linalg.solve(chebvander(own, count - 1).T, chebvander(2 * (elapsed * pieces - piece) - 1, count - 1).T)
     weights = (np.arange(pieces)[:, None] == piece)[:, None] * within
-    places = (np.arange(pieces)[:, None] + own) / pieces
+    places = (np.arange(pieces)[:, None] + (1 + own) / 2) / pieces
     return places.ravel(), weights.reshape(-1, elapsed.size)
 
 
