@@ -84,16 +84,19 @@ def search(
     time_varying : sizes, from their detections, of causes that vary within a window; the screen does not cover these
     """
     linear = screened.by_cause
-    best = max(linear.values(), default=-np.inf)
-    obvious = rejected or max(best, screened.unknown_evidence) > OBVIOUS_MISFIT
+    most = max(linear.values(), default=-np.inf)
+    obvious = rejected or max(most, screened.unknown_evidence) > OBVIOUS_MISFIT
     all_causes = all_causes or obvious
     taken = {extension.cause.name for extension in extensions}
-    near_best = [name for name, value in linear.items() if all_causes or value >= best - FOLLOWED_WITHIN]
+    near_best = [name for name, value in linear.items() if all_causes or value >= most - FOLLOWED_WITHIN]
     names = [name for name in near_best if name not in taken]
     fitter = _CauseFitter(model, base, extensions, several_starts=all_causes, from_data_sheets=rejected)
     fitted: list[FittedCause] = []
     for name in sorted(names, key=lambda name: -linear[name]):
-        fitted.append(fitter.best_shape(_first_shapes(screened, name, obvious), _least_cost(fitted)))
+        best = fitter.best_shape(_first_shapes(screened, name, obvious), _least_cost(fitted))
+        if obvious and best.log_evidence < linear[name] - SHAPE_RESOLVED:
+            best = fitter.from_data_sheet(best)
+        fitted.append(best)
     varying = [cause for cause in catalogue if cause.name in time_varying and cause.name not in taken]
     fitted += [fitter.time_varying(cause, time_varying[cause.name], _least_cost(fitted)) for cause in varying]
     if obvious:
@@ -102,10 +105,12 @@ def search(
     # a cause that fits only at a bound of its size is never named, and does not set the standard
     top = max((cause.log_evidence for cause in fitted if not cause.at_bound), default=-np.inf)
     near = min(top - FOLLOWED_WITHIN, CONTENDER * top)
-    most = None if obvious else _MOST_SHAPES
+    shapes = None if obvious else _MOST_SHAPES
     least = _least_cost(fitted)
     fitted = [
-        fitter.resolved(cause, screened, most, least) if cause.log_evidence >= near and cause.name in linear else cause
+        fitter.resolved(cause, screened, shapes, least)
+        if cause.log_evidence >= near and cause.name in linear
+        else cause
         for cause in fitted
     ]
     # the others start from the best fit, once it is free of outlier windows
@@ -210,6 +215,13 @@ class _CauseFitter:
         again = self._fit_from(cause.extension, [point], cause.fit.cost)
         return max(cause, again, key=lambda fitted: fitted.log_evidence)
 
+    def from_data_sheet(self, cause: FittedCause) -> FittedCause:
+        """The cause, or a better fit of it from a large size and all else as the data sheets state it: what has less
+        evidence than linear theory tells may be at a local minimum, with a part of its effect in the base model.
+        """
+        points = self._sized([self.model.expected()], [_large(cause.extension.cause.size)])
+        return max(cause, self._fit_from(cause.extension, points, np.inf), key=lambda fitted: fitted.log_evidence)
+
     def without_outlier_windows(self, cause: FittedCause) -> FittedCause:
         """The cause with no window left at a local minimum far from the set."""
         fit = without_outlier_windows(self.model, cause.fit, (*self.extensions, cause.extension))
@@ -251,8 +263,7 @@ class _CauseFitter:
 
     def _starts(self, further: Extension) -> list[Point]:
         size = further.cause.size
-        # a large size may not be reached from a usual one
-        large = np.sqrt(size.typical * size.high)
+        large = _large(size)
         near = self._sized([self.base.point], [float(np.clip(0.0, size.low, size.high))])
         if not self.several_starts:
             return near
@@ -302,6 +313,11 @@ class _CauseFitter:
             least = min(least, fits[-1].cost)
         best = min(fits, key=lambda fit: fit.cost)
         return FittedCause(further, best, _evidence(self.base, best, further.cause))
+
+
+def _large(size: Size) -> float:
+    """A size between the usual and the largest one, as what is large may not be reached from a usual size."""
+    return float(np.sqrt(size.typical * size.high))
 
 
 def _first_shapes(screened: Screen, name: str, obvious: bool) -> list[Extension]:

@@ -83,6 +83,9 @@ def examine(
     examination = _by_responses(evidence, begun, causes, generator, error_rate * RESPONSES_SHARE)
     threshold = error_rate * DETECTIONS_SHARE / max(len(detections), 1)
     detected = [detection for detection in detections if detection.p_value < threshold]
+    if detected and not any(verdict.probability >= EVEN_ODDS for verdict in examination.verdicts):
+        # what is likelier wrong than right does not stand in the way of what is detected
+        examination = unextended(examination)
     if not examination.verdicts:
         examination = _with_makers(examination, detected, causes, generator)
     return at_even_odds(combine_with_detections(examination, detected, error_rate))

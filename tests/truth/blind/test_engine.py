@@ -203,6 +203,19 @@ def test_a_drift_that_changes_the_responses_most_at_its_beginning_leaves_no_misf
     alone(examined_with(drift, 853312), drift)
 
 
+def test_a_faint_misfit_that_no_cause_explains_does_not_hide_what_is_detected() -> None:
+    growth = Hidden("length_growth", 110.88564733345608, 0.9484739170504057)
+    found = examined_with(growth, 740088)
+    assert found.before.p_value < 0.01
+    alone(found, growth)
+
+
+def test_a_section_of_which_the_base_model_has_taken_a_part_is_found_from_the_data_sheet() -> None:
+    # the bound of a distributed inertia of the assembly is nearer than any section that is reached from the base model
+    section = Hidden("extra_section", 600.0, 0.8338490204585325)
+    alone(examined_with(section, 740142), section)
+
+
 def test_the_lower_gain_that_a_limit_makes_is_no_second_cause() -> None:
     limit = Hidden("torque_limit", 3349.6, 0.2217)
     found = examined_with(limit, 700032)
