@@ -120,11 +120,11 @@ def _first_near(ideal: Ideal, whole: tuple[Hidden, ...], starts: list[Hidden], n
         least = sorted(reached.setdefault(rival.shape, []))[:_AGREEING]
         if len(least) == _AGREEING and least[-1] < (1 + _AGREE) * least[0]:
             continue
-        squared, fitted = ideal.closest(
+        squared, point = ideal.closest(
             whole, (ideal.bounded(rival), *whole[1:]), grown=grown, hopeless=_HOPELESS * near**2
         )
         reached[rival.shape].append(squared)
-        best = min(best, (squared, fitted, number), key=lambda entry: entry[0])
+        best = min(best, (squared, point.rivals, number), key=lambda entry: entry[0])
         if best[0] < near**2:
             return number
     refined = starts[0].name in CONTINUOUS and _at_best_shape(ideal, whole, best[1], np.inf) < near
@@ -175,13 +175,13 @@ def _least(ideal: Ideal, hidden: Hidden, rivals: tuple[Hidden, ...], near: float
     # for a large cause the linear approximation fails: during the fit a rival may be as far off as none at all
     whole = (hidden, *beside)
     far = max(((_CLOSE if continuous else _REJECTED) * near) ** 2, alone)
-    squared, reached = ideal.closest(whole, (*rivals, *beside), grown=False, rejected=far)
-    if squared >= near**2:
-        other, end = ideal.closest(whole, (*rivals, *beside), rejected=far)
-        squared, reached = min((squared, reached), (other, end), key=lambda entry: entry[0])
+    end = ideal.closest(whole, (*rivals, *beside), grown=False, rejected=far)
+    if end[0] >= near**2:
+        end = min(end, ideal.closest(whole, (*rivals, *beside), rejected=far), key=lambda each: each[0])
+    squared, point = end
     if not continuous or not near**2 <= squared < far:
         return float(np.sqrt(squared))
-    return _at_best_shape(ideal, whole, reached, far)
+    return _at_best_shape(ideal, whole, point.rivals, far)
 
 
 def _at_best_shape(ideal: Ideal, whole: tuple[Hidden, ...], reached: tuple[Hidden, ...], far: float) -> float:

@@ -106,17 +106,19 @@ class Ideal:
             return float("nan")
         tones = sum(self._tone(cause) for cause in hidden if cause.name in ADDITIVE)
         rest = tuple(cause for cause in hidden if cause.name not in ADDITIVE)
-        return tones + (self._least_squared(rest, beside) if rest else 0.0)
+        return tones + (self._distance_without(rest, beside) if rest else 0.0)
 
-    def _least_squared(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...]) -> float:
-        """With any value of the documents wrong outright, where that costs less than what it explains."""
+    def _distance_without(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...]) -> float:
+        """Squared distance to any rig without linear causes; with any value of the documents wrong outright, where that
+        costs less than what it explains.
+        """
         linear = tuple(cause for cause in beside if self.effects[cause.name].linear)
         whole = (*hidden, *linear)
         if linear:
             # the others start at their sizes, or are continued with the causes
-            ends = [self._reached(whole, linear, grown=grown) for grown in (False, True)]
+            ends = [self.closest(whole, linear, grown=grown) for grown in (False, True)]
         else:
-            ends = [self._reached_from_anywhere(hidden)]
+            ends = [self._closest_from_anywhere(hidden)]
         least, point = min(ends, key=lambda end: end[0])
         for each in self.priors.wrong:
             if least > each.cost:
@@ -124,7 +126,7 @@ class Ideal:
                 shared[list(each.spreads)] = list(each.spreads.values())
                 other = self._with(priors=replace(self.priors, shared=shared, wrong=()))
                 for begin in (point, self._at_truth(linear)):
-                    found = other._reached(whole, linear, rejected=least - each.cost, begin=begin)[0]
+                    found = other.closest(whole, linear, rejected=least - each.cost, begin=begin)[0]
                     least = min(least, each.cost + found)
         return least
 
@@ -140,16 +142,16 @@ class Ideal:
 
     def least_distance(self, hidden: tuple[Hidden, ...]) -> float:
         """Squared distance at the best nuisances, from the truth and from wherever else there may be a minimum."""
-        return self._reached_from_anywhere(hidden)[0]
+        return self._closest_from_anywhere(hidden)[0]
 
-    def _reached_from_anywhere(self, hidden: tuple[Hidden, ...]) -> tuple[float, "_Point"]:
+    def _closest_from_anywhere(self, hidden: tuple[Hidden, ...]) -> tuple[float, "Point"]:
         """The same, and the point at which it is reached."""
-        best = self._reached(hidden)
+        best = self.closest(hidden)
         for nuisance, offset in self.priors.starts:
             shared = np.zeros(len(NUISANCES))
             shared[nuisance] = offset
             begin = self._at_truth(())
-            end = self._reached(hidden, rejected=best[0], begin=replace(begin, shared=shared), patience=_FAR_ROUNDS)
+            end = self.closest(hidden, rejected=best[0], begin=replace(begin, shared=shared), patience=_FAR_ROUNDS)
             best = min(best, end, key=lambda each: each[0])
         return best
 
@@ -161,7 +163,9 @@ class Ideal:
         grown: bool = True,
         rejected: float = np.inf,
         hopeless: float = np.inf,
-    ) -> tuple[float, tuple[Hidden, ...]]:
+        begin: "Point | None" = None,
+        patience: int = 0,
+    ) -> tuple[float, "Point"]:
         """Squared distance at the best nuisances and the best sizes of rival causes, by Gauss–Newton.
 
         Parameters
@@ -170,32 +174,13 @@ class Ideal:
             far off
         rejected : squared distance above which the fit stops
         hopeless : the same at parts of the cause's size; the distance of the whole cause is then told as infinite
+        begin : point from which the whole cause is fitted; by default that of the truth, for parts of it first
+        patience : rounds after which a fit that linear theory takes to end above `rejected` is stopped
 
         Returns
         -------
         squared distance
-        rivals : at those sizes
-        """
-        least, point = self._reached(hidden, rivals, grown=grown, rejected=rejected, hopeless=hopeless)
-        return least, point.rivals
-
-    def _reached(
-        self,
-        hidden: tuple[Hidden, ...],
-        rivals: tuple[Hidden, ...] = (),
-        *,
-        grown: bool = True,
-        rejected: float = np.inf,
-        hopeless: float = np.inf,
-        begin: "_Point | None" = None,
-        patience: int = 0,
-    ) -> tuple[float, "_Point"]:
-        """The same, with the point at which the distance is reached.
-
-        Parameters
-        ----------
-        begin : point from which the whole cause is fitted; by default that of the truth, for parts of it first
-        patience : rounds after which a fit that linear theory takes to end above `rejected` is stopped
+        point : at which it is reached
         """
         theory = self.theory(frozenset(cause.name for cause in hidden))
         point = self._at_truth(rivals) if begin is None else begin
@@ -213,14 +198,14 @@ class Ideal:
                 return np.inf, point
         return least, point
 
-    def _at_truth(self, rivals: tuple[Hidden, ...]) -> "_Point":
+    def _at_truth(self, rivals: tuple[Hidden, ...]) -> "Point":
         """The nuisances' true values, with rivals beside them."""
-        return _Point(np.zeros(len(NUISANCES)), np.zeros((len(self.windows), len(LOCAL))), rivals)
+        return Point(np.zeros(len(NUISANCES)), np.zeros((len(self.windows), len(LOCAL))), rivals)
 
     @np.errstate(all="ignore")  # outside the domain of the theory costs are infinite
     def _settled(
-        self, theory: Theory, target: dict[int, Floats], point: "_Point", rejected: float, patience: int
-    ) -> tuple[float, "_Point"]:
+        self, theory: Theory, target: dict[int, Floats], point: "Point", rejected: float, patience: int
+    ) -> tuple[float, "Point"]:
         """Least squared distance from a target, and the point at which it is reached."""
         least = self._cost(theory, target, point)
         for done in range(_ROUNDS):
@@ -241,7 +226,7 @@ class Ideal:
                 break
         return least, point
 
-    def _within(self, point: "_Point") -> "_Point":
+    def _within(self, point: "Point") -> "Point":
         shared = np.maximum(point.shared, _LOWEST)
         return replace(point, shared=shared, rivals=tuple(self.bounded(rival) for rival in point.rivals))
 
@@ -251,7 +236,7 @@ class Ideal:
         low = limits.low if limits.low < 0 or limits.fixed else _LEAST * limits.high
         return replace(rival, size=float(np.clip(rival.size, low, limits.high)))
 
-    def _cost(self, theory: Theory, target: dict[int, Floats], point: "_Point") -> float:
+    def _cost(self, theory: Theory, target: dict[int, Floats], point: "Point") -> float:
         pulls = np.sum((point.shared / self.priors.shared) ** 2) + np.sum((point.local / self.priors.local) ** 2)
         nuisances = point.nuisances
         misfits = [
@@ -261,7 +246,7 @@ class Ideal:
         total = float(np.sum(misfits) + pulls)
         return total if np.isfinite(total) else np.inf
 
-    def _step(self, theory: Theory, target: dict[int, Floats], point: "_Point") -> tuple[Floats, float]:
+    def _step(self, theory: Theory, target: dict[int, Floats], point: "Point") -> tuple[Floats, float]:
         """Gauss–Newton step, and the squared distance that it predicts."""
         factors = []
         for (number, window), own in zip(target.items(), point.nuisances, strict=True):
@@ -400,7 +385,7 @@ def _shared(design: Floats, target: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class _Point:
+class Point:
     """Nuisances of a set and rival causes at some sizes."""
 
     shared: Floats
@@ -423,12 +408,12 @@ class _Point:
             slopes.append((theory.response(window, moved, nuisances) - here) / step)
         return slopes
 
-    def scaled(self, factor: float) -> "_Point":
+    def scaled(self, factor: float) -> "Point":
         """The point times a factor."""
         rivals = tuple(replace(rival, size=factor * rival.size) for rival in self.rivals)
-        return _Point(factor * self.shared, factor * self.local, rivals)
+        return Point(factor * self.shared, factor * self.local, rivals)
 
-    def moved(self, step: Floats, share: float) -> "_Point":
+    def moved(self, step: Floats, share: float) -> "Point":
         """The point moved by a share of a step."""
         count, size = self.shared.size, self.local.size
         sizes = share * step[count + size :]
@@ -436,4 +421,4 @@ class _Point:
             replace(rival, size=rival.size + float(more)) for rival, more in zip(self.rivals, sizes, strict=True)
         )
         local = self.local + share * step[count : count + size].reshape(self.local.shape)
-        return _Point(self.shared + share * step[:count], local, rivals)
+        return Point(self.shared + share * step[:count], local, rivals)

@@ -114,6 +114,9 @@ class ChangingWindow:
         sweep = rfft(residual.sweep - residual.sweep.mean()) * residual.inside
         self.spectrum = sweep[: residual.lines] * fewer
         self.others = np.delete(np.arange(SCALES.size), parameter)
+        self.polynomials = {
+            values: _polynomials(self.elapsed, values - 1, count) for values, count in _INTERPOLATED.items()
+        }
 
     def course(self, detected: Score, *, jumps: bool) -> Course:
         """The best course from the detected one; of a jump, whose cost has several minima, also from others in time."""
@@ -226,7 +229,7 @@ class ChangingWindow:
         if course.size == 3:
             after = jump(self.elapsed, self.duration, course[2:])[0]
             return np.stack([1 - after, after]), np.eye(2)
-        places, weights = _polynomials(self.elapsed, course.size - 1, _INTERPOLATED[course.size])
+        places, weights = self.polynomials[course.size]
         return weights, _hats(places, course.size).T
 
     def _jump_slope(self, moment: float) -> Floats:

@@ -43,8 +43,8 @@ class PooledDetection:
 
     @property
     def tells_size(self) -> bool:
-        """Whether they tell the size of the cause, whatever law it follows."""
-        return bool(np.isfinite(self.size_error)) and self.least_shown == 1
+        """Whether they speak for the cause and tell its size, whatever law it follows."""
+        return self.log_evidence > 0 and bool(np.isfinite(self.size_error)) and self.least_shown == 1
 
     def evidence_for(self, size: float, size_error: float = 0.0) -> float:
         """Log-likelihood ratio of the detections for the size found in the linear responses, against size zero: at the

@@ -95,7 +95,7 @@ def search(
     for name in sorted(names, key=lambda name: -linear[name]):
         best = fitter.best_shape(_first_shapes(screened, name, obvious), _least_cost(fitted))
         if obvious and best.log_evidence < linear[name] - SHAPE_RESOLVED:
-            best = fitter.from_data_sheet(best)
+            best = fitter.restarted(best)
         fitted.append(best)
     varying = [cause for cause in catalogue if cause.name in time_varying and cause.name not in taken]
     fitted += [fitter.time_varying(cause, time_varying[cause.name], _least_cost(fitted)) for cause in varying]
@@ -215,7 +215,7 @@ class _CauseFitter:
         again = self._fit_from(cause.extension, [point], cause.fit.cost)
         return max(cause, again, key=lambda fitted: fitted.log_evidence)
 
-    def from_data_sheet(self, cause: FittedCause) -> FittedCause:
+    def restarted(self, cause: FittedCause) -> FittedCause:
         """The cause, or a better fit of it from a large size and all else as the data sheets state it: what has less
         evidence than linear theory tells may be at a local minimum, with a part of its effect in the base model.
         """

@@ -105,11 +105,12 @@ def size_interval(estimate: float, error: float, size: Size) -> tuple[float, flo
     mean, deviation = by_data * priors / (priors + variance), np.sqrt(priors * variance / (priors + variance))
     least = 0.0 if size.low >= 0 else -np.inf
     logs = -0.5 * by_data**2 / (priors + variance) - 0.5 * np.log(priors + variance)
-    weight = softmax(logs + log_ndtr((mean - least) / deviation))
+    above_least = log_ndtr((mean - least) / deviation)
+    weight = softmax(logs + above_least)
 
     def beyond(value: float, share: float) -> float:
         """Posterior probability of a smaller size, less a share."""
-        below = -np.expm1(log_ndtr((mean - value) / deviation) - log_ndtr((mean - least) / deviation))
+        below = -np.expm1(log_ndtr((mean - value) / deviation) - above_least)
         return float(weight @ below) - share
 
     reach = 10 * float(deviation.max())

@@ -194,7 +194,6 @@ def _size(result: Examination, fits: list[tuple[SetFit, float]], place: int) -> 
         return size, size, size
     low, high = fitted_size_interval(fits, result.extensions, place)
     own = [each for each in result.detections if each.cause == cause.name and each.tells_size]
-    own = [each for each in own if each.log_evidence > 0]
     if own and (cause.time_varying or 2 * TWO_SIDED * own[0].size_error < high - low):
         return own[0].size, *size_interval(own[0].size, own[0].size_error, cause.size)
     return size, low, high
